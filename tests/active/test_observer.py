@@ -118,10 +118,8 @@ def test_to_look_ahead_changes_nothing_and_standing_still_tells_nothing(observer
         gains.append(known.look([0.0, 1.2], 10.0))
         return 1.2
 
-    seen, plain = (
-        observer.run(watch, copies=2),
-        observer.run(parse_policy("fixed:1.2"), copies=2),
-    )
+    seen = observer.run(watch, copies=2)
+    plain = observer.run(parse_policy("fixed:1.2"), copies=2)
     np.testing.assert_array_equal(seen.belief, plain.belief)
     assert np.abs(gains[0][:, 0]).max() < 1e-9
     assert np.all(gains[0][:, 1] > 0.1)

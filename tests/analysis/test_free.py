@@ -75,10 +75,8 @@ def test_an_overdamped_response_is_said_to_be_one(ratio):
     if ratio == 1.0:
         signal = (1 + omega * time) * np.exp(-omega * time)
     else:
-        slow, fast = (
-            omega * (ratio - np.sqrt(ratio**2 - 1)),
-            omega * (ratio + np.sqrt(ratio**2 - 1)),
-        )
+        slow = omega * (ratio - np.sqrt(ratio**2 - 1))
+        fast = omega * (ratio + np.sqrt(ratio**2 - 1))
         signal = (fast * np.exp(-slow * time) - slow * np.exp(-fast * time)) / (fast - slow)
     free = measure_free_response(time, signal)
     assert free.overdamped

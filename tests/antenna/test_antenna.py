@@ -199,11 +199,9 @@ def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():
     rate = rng.normal(size=6)
     energy, velocity = 0.0, 0.0
     for n in range(6):
-        spin, length, mass = (
-            rate[: n + 1].sum(),
-            antenna.segment_length[n],
-            antenna.segment_mass[n],
-        )
+        spin = rate[: n + 1].sum()
+        length = antenna.segment_length[n]
+        mass = antenna.segment_mass[n]
         centre = velocity + spin * length / 2
         energy += 0.5 * mass * centre**2 + 0.5 * mass * length**2 / 12 * spin**2
         velocity += spin * length

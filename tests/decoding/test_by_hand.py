@@ -74,11 +74,9 @@ def test_the_level_of_long_rest_forgets_what_was_300_samples_ago():
 
 def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
     confusion = np.zeros((3, 2, 2))
-    confusion[0], confusion[1], confusion[2] = (
-        [[9, 0], [0, 9]],
-        [[6, 2], [1, 3]],
-        [[2, 6], [4, 0]],
-    )
+    confusion[0] = [[9, 0], [0, 9]]
+    confusion[1] = [[6, 2], [1, 3]]
+    confusion[2] = [[2, 6], [4, 0]]
     sweep = make_sweep(
         np.zeros((3, 1)), ratios=(0.0, 0.1, 0.2), n_classes=2, confusion=confusion
     )

@@ -53,10 +53,8 @@ def touches():
 @pytest.mark.further
 @pytest.mark.parametrize("decoder", CLASSIFIERS, ids=name)
 def test_answers_are_labelled_as_the_touches_are_and_the_same(decoder, touches):
-    names, parts = (
-        make_labels(touches, by=PARTS),
-        [touches[part].values.tolist() for part in PARTS],
-    )
+    names = make_labels(touches, by=PARTS)
+    parts = [touches[part].values.tolist() for part in PARTS]
     labels = names if decoder in WITH_NAMES else list(zip(*parts, strict=True))
     found = decoder.fit(touches.values, labels).predict(touches)
     assert found.dims == ("trial",) and found["feature"].values.tolist() == parts[0]

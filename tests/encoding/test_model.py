@@ -83,11 +83,9 @@ def test_planted_sparse_bases_come_back(planted):
 
 def test_one_lag_without_sparseness_is_scikit_learns_nmf():
     rng = np.random.default_rng(4)
-    tensors, bases, activations = (
-        rng.random((3, 6, 20)),
-        rng.random((2, 6, 1)),
-        rng.random((3, 2, 20)),
-    )
+    tensors = rng.random((3, 6, 20))
+    bases = rng.random((2, 6, 1))
+    activations = rng.random((3, 2, 20))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
         ours = ConvolutiveNMF(2, 1, None, max_iter=50, tol=0).fit(

@@ -8,10 +8,8 @@ from feeler.objects import load_objects
 
 
 def test_a_file_gives_its_features_in_order_and_under_their_names(tmp_path):
-    ball, lid = (
-        'shape = "ball"\nradius = 3.0',
-        'name = "lid"\nshape = "box"\nhalf_width = 2.0\nhalf_height = 0.5',
-    )
+    ball = 'shape = "ball"\nradius = 3.0'
+    lid = 'name = "lid"\nshape = "box"\nhalf_width = 2.0\nhalf_height = 0.5'
     text = f"[[object]]\n{ball}\n[[object]]\n{lid}\n"
     (tmp_path / "o.toml").write_text(text)
     assert load_objects(tmp_path / "o.toml") == [

@@ -17,10 +17,8 @@ STEPS = st.lists(st.tuples(st.floats(0.1, 3.0), st.floats(-2.0, 2.0)), min_size=
 
 @given(STEPS, st.integers(1, 3))
 def test_parts_fill_the_wall_below_the_profile(steps, repeat):
-    place, height = (
-        np.cumsum([step for step, _ in steps]),
-        np.array([height for _, height in steps]),
-    )
+    place = np.cumsum([step for step, _ in steps])
+    height = np.array([height for _, height in steps])
     height[-1] = height[0]
     wall = Wall(profile=np.stack([place, height], axis=1), repeat=repeat)
     area = sum(_measure_area(part) for part in wall.parts)
@@ -52,10 +50,8 @@ def test_textures_are_told_apart_by_name():
 
 
 def test_a_repeated_profile_is_laid_end_to_end_and_centred():
-    one, three = (
-        Wall(profile=[(-1, 0), (0, 1), (1, 0)]),
-        Wall(profile=[(-1, 0), (0, 1), (1, 0)], repeat=3),
-    )
+    one = Wall(profile=[(-1, 0), (0, 1), (1, 0)])
+    three = Wall(profile=[(-1, 0), (0, 1), (1, 0)], repeat=3)
     assert len(three.parts) == 3
     np.testing.assert_allclose(three.parts[1], one.parts[0])
     np.testing.assert_allclose(

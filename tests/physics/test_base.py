@@ -37,11 +37,9 @@ def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_a_base_at_constant_velocity_is_objects_that_come_the_other_way(engine, contact):
-    scene, clock, velocity = (
-        touch(n=20, contact=contact, approach=77.7),
-        Clock(duration=15, timestep=0.02),
-        (0.2, -0.1),
-    )
+    scene = touch(n=20, contact=contact, approach=77.7)
+    clock = Clock(duration=15, timestep=0.02)
+    velocity = (0.2, -0.1)
     moved = tuple(
         item.replace(velocity=tuple(np.add(item.velocity, velocity))) for item in scene.objects
     )
@@ -68,14 +66,10 @@ def test_a_base_alone_is_objects_that_come(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_scene_on_a_base_elsewhere_is_the_same_scene(engine):
-    scene, clock = (
-        touch("box", n=20, contact="smooth", approach=77.7),
-        Clock(duration=15, timestep=0.02),
-    )
-    here, there = (
-        run_scene(scene, clock, engine),
-        run_scene(carry(scene, (3.0, -2.0, 0.7)), clock, engine),
-    )
+    scene = touch("box", n=20, contact="smooth", approach=77.7)
+    clock = Clock(duration=15, timestep=0.02)
+    here = run_scene(scene, clock, engine)
+    there = run_scene(carry(scene, (3.0, -2.0, 0.7)), clock, engine)
     c, s = np.cos(0.7), np.sin(0.7)
     np.testing.assert_allclose(there.angle, here.angle, atol=1e-10)
     np.testing.assert_allclose(there.force, here.force @ [[c, -s], [s, c]], atol=1e-9)

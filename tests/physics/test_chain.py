@@ -191,10 +191,8 @@ def test_turning_the_base_turns_nothing_else():
         antenna=make_preset("cockroach"), angle=np.random.default_rng(9).normal(0, 0.01, 140)
     )
     clock = Clock(duration=5, timestep=0.02)
-    level, turned = (
-        run_scene(scene, clock, "chain"),
-        run_scene(replace(scene, base=(0.0, 0.0, 1.234)), clock, "chain"),
-    )
+    level = run_scene(scene, clock, "chain")
+    turned = run_scene(replace(scene, base=(0.0, 0.0, 1.234)), clock, "chain")
     np.testing.assert_allclose(turned.angle, level.angle, atol=1e-13)
 
 
@@ -224,10 +222,8 @@ def test_frictionless_ball_pushes_through_its_centre(engine):
     pushed = np.flatnonzero(motion.force[:, 0] > 1e-7)
     assert pushed.size > 5
     for k in pushed:  # the force belongs to the state before the sample
-        (start, end), centre = (
-            scene.antenna.shape(motion.angle[k - 1]),
-            find_centre(scene, 0.15, h * (k - 1)),
-        )
+        (start, end) = scene.antenna.shape(motion.angle[k - 1])
+        centre = find_centre(scene, 0.15, h * (k - 1))
         share = (centre - start) @ (end - start) / np.sum((end - start) ** 2)
         away = start + share * (end - start) - centre
         assert 0 < share < 1

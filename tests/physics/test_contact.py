@@ -142,10 +142,8 @@ class TestSoftness:
     def test_follows_from_the_antenna(self):
         """At the push of the turn it sinks in by its width, which is the share of that push."""
         antenna, contact = make_preset("whisker"), get_contact()
-        soft, place = (
-            contact.soften(antenna),
-            antenna.hinge_position + antenna.segment_length / 2,
-        )
+        soft = contact.soften(antenna)
+        place = antenna.hinge_position + antenna.segment_length / 2
         assert np.allclose(soft.width, np.minimum(2.5e-5 * place, antenna.radius / 2))
         assert soft.d_max.min() == contact.solimp[1] and soft.d_max[0] == HARDEST
         assert np.all(np.diff(soft.d_max[:40]) <= 0)
@@ -317,10 +315,8 @@ def test_the_advice_against_sinking_in_is_right(name, contact, speed, radius):
 )
 def test_touches_of_thin_antennas_are_those_of_a_finer_timestep_and_of_mujoco(name):
     """Within 0.3 % of the peak; with a time constant of 0.2 ms it is 0.6 to 20 %."""
-    antenna, trial = (
-        make_preset(name),
-        Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6),
-    )
+    antenna = make_preset(name)
+    trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6)
     how = {"duration": 10, "all_hinges": True}
     found = feeler.touch(antenna, trial, **how)
     angle, step = found["angle"].values, found.attrs["timestep"]

@@ -111,10 +111,8 @@ def test_a_far_object_changes_nothing(engine):
 
 @pytest.mark.parametrize("engine", CHAINS)
 def test_the_order_of_objects_changes_nothing(engine):
-    scene, clock = (
-        surround(touch(n=12, size=0.5, contact="smooth"), "box"),
-        Clock(duration=12, timestep=0.02),
-    )
+    scene = surround(touch(n=12, size=0.5, contact="smooth"), "box")
+    clock = Clock(duration=12, timestep=0.02)
     found = [
         run_scene(s, clock, engine)
         for s in (scene, replace(scene, objects=scene.objects[::-1]))

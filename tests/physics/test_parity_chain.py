@@ -79,10 +79,8 @@ def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
     feature = HOOK if kind == "outline" else make_feature(kind.split()[-1], 1.5)
     approach = 63.7 if "turned" in kind else 90.0
     trial = Trial(feature=feature, location=0.7123, speed=speed, lead=1.2345, approach=approach)
-    scene, clock = (
-        make_scene(make_preset(profile), trial, "hard"),
-        Clock(duration=101, timestep=0.02),
-    )
+    scene = make_scene(make_preset(profile), trial, "hard")
+    clock = Clock(duration=101, timestep=0.02)
     found = difference(scene, clock)
     assert found[:12].max() < 1e-9
     own = spread(scene, clock)
@@ -232,10 +230,8 @@ def scenes(draw):
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     antenna = _draw_antenna(n, rng)
-    kind, speed = (
-        draw(st.sampled_from(["ball", "box", "triangle", "outline"])),
-        draw(st.sampled_from([0.06, 0.3, 0.6])),
-    )
+    kind = draw(st.sampled_from(["ball", "box", "triangle", "outline"]))
+    speed = draw(st.sampled_from([0.06, 0.3, 0.6]))
     return Scene(
         antenna=antenna,
         objects=(throw(antenna.shape(), kind, speed, rng),),
@@ -264,12 +260,10 @@ def moving_scenes(draw):
         )
     )
     speed = draw(st.sampled_from([0.1, 0.3, 0.6]))
-    turns, frictions = (
-        (0.0, rng.uniform(-0.02, 0.02)),
-        (
-            rng.uniform(0.05, 1.2),
-            draw(st.sampled_from([0.0, 0.5])),
-        ),
+    turns = (0.0, rng.uniform(-0.02, 0.02))
+    frictions = (
+        rng.uniform(0.05, 1.2),
+        draw(st.sampled_from([0.0, 0.5])),
     )
     return Scene(
         antenna=antenna,
@@ -306,10 +300,8 @@ def step_alike(
         ours.step(1)
         after = theirs.read()
         found[:, k] = after.velocity[0], ours.read().velocity[0]
-        contacts, heading = (
-            theirs.read_contacts(0),
-            state.base[0, 2] + np.cumsum(state.angle[0]),
-        )
+        contacts = theirs.read_contacts(0)
+        heading = state.base[0, 2] + np.cumsum(state.angle[0])
         for o, segment, distance in zip(
             contacts.object, contacts.segment, contacts.distance, strict=True
         ):
@@ -381,13 +373,11 @@ def test_the_reference_engine_is_bare_mj_step(kind):
     scene, h = touch(kind, n=12, approach=77.7), 0.02
     model = mujoco._compile_model(scene, h)
     data, n = engine.MjData(model), scene.antenna.n_segments
-    data.qpos[:n], data.qvel[n:] = (
-        scene.initial_angle,
-        [
-            *scene.objects[0].velocity,
-            scene.objects[0].turn,
-        ],
-    )
+    data.qpos[:n] = scene.initial_angle
+    data.qvel[n:] = [
+        *scene.objects[0].velocity,
+        scene.objects[0].turn,
+    ]
     motion = run_scene(scene, Clock(duration=10, sample_interval=h, timestep=h), "mujoco")
     assert np.abs(motion.angle).max() > 1e-3
     for angle in motion.angle:
@@ -404,11 +394,9 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
     model.dof_armature[:n] = clock.timestep * scene.antenna.damping
     model.opt.disableflags |= engine.mjtDisableBit.mjDSBL_EULERDAMP
     data = engine.MjData(model)
-    data.qpos[:n], data.qvel[:n], data.qvel[n : n + 2] = (
-        scene.initial_angle,
-        scene.initial_velocity,
-        scene.objects[0].velocity,
-    )
+    data.qpos[:n] = scene.initial_angle
+    data.qvel[:n] = scene.initial_velocity
+    data.qvel[n : n + 2] = scene.objects[0].velocity
     angle = np.empty((clock.n_samples, n))
     for k in range(clock.n_samples):
         angle[k] = data.qpos[:n]
@@ -421,13 +409,9 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_consistent_scheme_is_mujoco_with_damping_as_armature(kind, profile):
     trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.6, lead=1.2345)
-    scene, clock = (
-        make_scene(make_preset(profile), trial, "hard"),
-        Clock(duration=6, timestep=0.02),
-    )
-    ours, theirs = (
-        run_scene(scene, clock, "chain-consistent").angle,
-        run_mujoco_consistently(scene, clock),
-    )
+    scene = make_scene(make_preset(profile), trial, "hard")
+    clock = Clock(duration=6, timestep=0.02)
+    ours = run_scene(scene, clock, "chain-consistent").angle
+    theirs = run_mujoco_consistently(scene, clock)
     assert np.abs(theirs).max() > 1e-3
     assert np.abs(ours - theirs).max() < 1e-9

@@ -25,10 +25,8 @@ def make_ball(**fields: object) -> feeler.Object:
 
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_stepping_is_the_touch_to_the_last_bit(engine):
-    antenna, trial = (
-        make_stub(20),
-        feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0),
-    )
+    antenna = make_stub(20)
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0)
     touched = feeler.touch(
         antenna,
         trial,
@@ -78,10 +76,8 @@ def test_a_base_goes_where_it_is_told_and_the_antenna_comes_along(engine):
 
 
 def test_the_contacts_say_where_and_how_hard():
-    antenna, trial = (
-        make_stub(30),
-        feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0),
-    )
+    antenna = make_stub(30)
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0)
     simulation = feeler.Simulation(antenna, trial)
     simulation.step(3.0)
     contacts = simulation.contacts
@@ -120,10 +116,8 @@ def test_lanes_are_steered_and_reset_by_themselves():
     scenes = [
         build_scene(make_stub(), make_ball(place=(-1.4 - 0.05 * k, 3.0))) for k in range(11)
     ]
-    lanes, alone = (
-        feeler.Simulations(scenes),
-        feeler.Simulation(make_stub(), make_ball(place=(-1.4, 3.0))),
-    )
+    lanes = feeler.Simulations(scenes)
+    alone = feeler.Simulation(make_stub(), make_ball(place=(-1.4, 3.0)))
     lanes.move_base(3, turn=0.02)
     lanes.step(3.0)
     lanes.reset(5, scenes[0])

@@ -78,10 +78,8 @@ def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_first_ctrl_c_keeps_what_is_finished(engine):
     told = []
-    run, groups = (
-        partial(run_group, clock=SHORT, engine=engine),
-        [[index] for index in range(40)],
-    )
+    run = partial(run_group, clock=SHORT, engine=engine)
+    groups = [[index] for index in range(40)]
     with ThreadExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
         for _, outcomes in run_groups(run, groups, lambda group: [stub()], executor=executor):
             told += outcomes

@@ -44,10 +44,8 @@ def make_sensing(gap, gain=(1.1, 0.9, 1.0)):
 @pytest.fixture
 def readings():
     rng = np.random.default_rng(3)
-    hinge, level = (
-        np.repeat([1, 2], 15),
-        np.tile(np.repeat(np.radians([-20.0, -5.0, 0.0, 10.0, 25.0]), 3), 2),
-    )
+    hinge = np.repeat([1, 2], 15)
+    level = np.tile(np.repeat(np.radians([-20.0, -5.0, 0.0, 10.0, 25.0]), 3), 2)
     return (
         hinge,
         level,

@@ -32,10 +32,8 @@ def test_recordings_keep_the_contract():
 
 def test_sensors_stand_where_those_of_a_simulated_touch_stand():
     robot = make_robot()
-    dataset, simulated = (
-        make_dataset([_recording()]),
-        touch(robot, make_touches()[0], duration=5.0),
-    )
+    dataset = make_dataset([_recording()])
+    simulated = touch(robot, make_touches()[0], duration=5.0)
     start = np.concatenate([[0.0], np.cumsum(robot.segment_length)])
     np.testing.assert_allclose(dataset["position"], start[:-1] / start[-1])
     for name in ("position", "segment", "segment_length"):

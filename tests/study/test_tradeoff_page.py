@@ -34,10 +34,8 @@ def measured(declared):
     """Random numbers in the shape of a measurement, no two alike."""
     windows, rng = declared.list_windows(), np.random.default_rng(0)
     levels = [f"{kind} {size:g}" for kind, sizes in declared.levels.items() for size in sizes]
-    shape, dims = (
-        (3, len(SPEEDS), len(levels), len(windows)),
-        ("set", "speed", "level", "window"),
-    )
+    shape = (3, len(SPEEDS), len(levels), len(windows))
+    dims = ("set", "speed", "level", "window")
     fields = {"accuracy": (dims, rng.random(shape)), "bits": (dims, 5 * rng.random(shape))}
     costs = {
         name: (dims[:2], scale * rng.random(shape[:2]))
@@ -67,10 +65,8 @@ def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, 
             in table["caption"]
         )
         assert "accuracy in %. Best speed by accuracy [m/s]" in table["caption"]
-        here, best = (
-            measured.sel(level=f"{kind} {size:g}").mean("set"),
-            find_best(measured, f"{kind} {size:g}"),
-        )
+        here = measured.sel(level=f"{kind} {size:g}").mean("set")
+        best = find_best(measured, f"{kind} {size:g}")
         for window, *cells, last in table["rows"]:
             for cell, speed in zip(cells, SPEEDS, strict=True):
                 one = here.sel(speed=speed, window=window)

@@ -86,10 +86,8 @@ def test_the_place_is_where_the_antenna_is_nearest_even_between_landmarks():
 
 def test_contacts_turn_and_shift_with_the_world():
     turn = np.deg2rad(71.0)
-    matrix, shift = (
-        np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]),
-        (9, -4),
-    )
+    matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    shift = (9, -4)
     tracks, wall = film(X), np.array([(30.0, -7.0), (30.0, 7.0)])
     moved = tracks.replace(position=tracks.position @ matrix.T + shift)
     a = find_contacts(tracks, ["base", "tip"], wall, within=2.0)

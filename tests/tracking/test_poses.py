@@ -33,10 +33,8 @@ def trials():
 def test_poses_come_back_as_they_were(tmp_path, trials, unit):
     from pynwb import NWBHDF5IO
 
-    path, films = (
-        tmp_path / "a.nwb",
-        [film.scaled(10.0) if unit == "mm" else film for film in trials],
-    )
+    path = tmp_path / "a.nwb"
+    films = [film.scaled(10.0) if unit == "mm" else film for film in trials]
     save_poses(
         films,
         path,

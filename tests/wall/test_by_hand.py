@@ -220,10 +220,8 @@ def test_a_slack_hook_is_an_arc_that_takes_its_share_and_ends_at_its_heading(sha
 
 @pytest.mark.parametrize(("reading", "degrees"), [("midline", 40.0), ("total", 20.0)])
 def test_reach_is_that_of_the_farthest_point_with_its_radius(reading, degrees):
-    posture, a = (
-        Posture(inter_antennal_angle=40.0, reading=reading, prebend="none"),
-        np.radians(degrees),
-    )
+    posture = Posture(inter_antennal_angle=40.0, reading=reading, prebend="none")
+    a = np.radians(degrees)
     assert posture.reach(ANTENNA) == pytest.approx(LENGTH * np.sin(a) + 0.1)
     slack = posture.replace(prebend="rest", hook_share=0.25, tip_heading=180.0)
     radius = (

@@ -89,10 +89,8 @@ def test_tip_load_of_a_straight_antenna_matches_the_small_bend_of_a_cantilever(u
 def test_frictionless_equilibrium_does_not_depend_on_the_distances_visited_before():
     antenna = cockroach("linear")
     posture = Posture(friction=0.0)
-    many, one = (
-        approach(antenna, posture, (22.0, 18.0, 14.0, 10.0)),
-        approach(antenna, posture, [10.0]),
-    )
+    many = approach(antenna, posture, (22.0, 18.0, 14.0, 10.0))
+    one = approach(antenna, posture, [10.0])
     np.testing.assert_allclose(many.angle[-1], one.angle[0], atol=2e-5)
 
 
