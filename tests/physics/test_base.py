@@ -12,7 +12,7 @@ from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 
 from .mesh import run_like_mujoco
-from .scenes import CHAINS, DYNAMIC, compute_kinetic, compute_spring, make_stub, shake, touch
+from .scenes import DYNAMIC, compute_kinetic, compute_spring, make_stub, shake, touch
 
 
 def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
@@ -51,17 +51,6 @@ def test_a_base_at_constant_velocity_is_objects_that_come_the_other_way(engine, 
     np.testing.assert_allclose(going.angle, still.angle, atol=1e-10)
     np.testing.assert_allclose(going.force, still.force, atol=1e-9)
     np.testing.assert_allclose(going.base, clock.time[:, None] * [*velocity, 0.0], atol=1e-12)
-
-
-@pytest.mark.parametrize("engine", CHAINS)
-def test_a_base_alone_is_objects_that_come(engine):
-    """An object that waits, met by a base, is the object that meets a base that waits."""
-    scene, clock = touch(n=20, contact="smooth"), Clock(duration=15, timestep=0.02)
-    velocity = scene.objects[0].velocity
-    waits = (scene.objects[0].replace(velocity=(0.0, 0.0)),)
-    coming = BaseMotion(velocity=tuple(-np.array(velocity)))
-    met = run_scene(replace(scene, objects=waits, base_motion=coming), clock, engine)
-    np.testing.assert_allclose(met.angle, run_scene(scene, clock, engine).angle, atol=1e-10)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

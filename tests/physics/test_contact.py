@@ -2,7 +2,6 @@
 bit.
 """
 
-import itertools
 import re
 import warnings
 from dataclasses import replace
@@ -14,70 +13,27 @@ import feeler
 from feeler.antenna.segments import Follicle
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects import Ball, Trial, make_feature
-from feeler.objects.trials import trials
 from feeler.physics.contact import (
     CONTACTS,
-    DEFAULT_CONTACT,
     HARDEST,
-    Contact,
     _choose_time_constant,
     _find_invweight,
     get_contact,
 )
 from feeler.physics.engine import choose_timestep
 from feeler.physics.run import simulate
-from feeler.physics.scene import Clock, Scene, make_scene
+from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.spec import _compile_model
 from feeler.presets import PRESETS, make_preset
 
 from .scenes import touch
 
-SMALL = (1e-4, 1e-5, 1e-6)
-ALL = (1e-2, 1e-3, *SMALL)
 CLOCK = Clock(duration=60, timestep=0.05)
 
 
 def run(scenes: list[Scene], clock: Clock = CLOCK) -> list[np.ndarray]:
     return [motion.angle for motion in simulate(scenes, clock)]
-
-
-def find_slopes(
-    scene: Scene, steps: tuple[float, ...], clock: Clock = CLOCK
-) -> list[np.ndarray]:
-    """Central differences of the angles with respect to the logarithm of all stiffnesses, one per
-    eps.
-    """
-    antenna = scene.antenna
-    sides = [
-        replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + sign * eps)))
-        for eps in steps
-        for sign in (1, -1)
-    ]
-    angle = run(sides, clock)
-    return [(angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(steps)]
-
-
-@pytest.mark.parametrize(("kind", "share"), [("ball", 0.01), ("box", 0.05), ("triangle", 0.05)])
-class TestDerivative:
-    @pytest.mark.parametrize(("location", "speed"), [(0.6123, 0.3), (0.55, 0.12)])
-    def test_with_respect_to_stiffness_converges(self, kind, share, location, speed):
-        scene = touch(kind, 1.5, contact="smooth", whole=True, location=location, speed=speed)
-        check_slopes(find_slopes(scene, SMALL), share)
-
-    def test_is_that_of_the_table_in_the_docs(self, kind, share):
-        """From 1e-2 on; larger steps reach across kinks, where a contact begins or slides, and at
-        other places see more.
-        """
-        trial = Trial(feature=make_feature(kind, 1.5), location=0.7, speed=0.3)
-        scene = make_scene(make_preset("cockroach"), trial, "smooth")
-        check_slopes(find_slopes(scene, ALL, replace(CLOCK, duration=100)), share)
-
-
-def check_slopes(slopes: list[np.ndarray], share: float) -> None:
-    assert np.linalg.norm(slopes[-1]) > 1e-2
-    for coarse, fine in itertools.pairwise(slopes):
-        assert np.linalg.norm(coarse - fine) < share * np.linalg.norm(fine)
 
 
 @pytest.mark.parametrize("kind", ["ball", "box", "triangle"])
@@ -91,21 +47,6 @@ def test_the_last_bit_of_the_speed_moves_nothing_else(kind, speed):
     first, second = run([scene, replace(scene, objects=(faster,))])
     assert np.abs(first).max() > 1e-3
     assert np.abs(first - second).max() < 1e-9
-
-
-@pytest.mark.slow
-def test_the_last_bit_moves_none_of_the_ninety_touches():
-    scenes = [make_scene(make_preset("cockroach"), trial, "smooth") for trial in trials()]
-    nudged = []
-    for scene in scenes:
-        item = scene.objects[0]
-        x, y = item.velocity
-        nudged.append(
-            replace(scene, objects=(item.replace(velocity=(float(np.nextafter(x, 1.0)), y)),))
-        )
-    clock = Clock(duration=380, timestep=0.02)
-    for first, second in zip(simulate(scenes, clock), simulate(nudged, clock), strict=True):
-        assert np.abs(first.angle - second.angle).max() < 1e-9
 
 
 def test_the_impedance_is_the_one_that_mujoco_documents():
@@ -128,14 +69,6 @@ def test_the_impedance_is_the_one_that_mujoco_documents():
         assert compute_impedance.py_func(-depth, high, width, obj, 0, 0) == pytest.approx(
             low + y * (high - low), rel=1e-12
         )
-
-
-def test_contacts_have_names_and_smooth_is_the_default():
-    assert DEFAULT_CONTACT == "smooth"
-    assert get_contact() is CONTACTS["smooth"]
-    assert get_contact("hard") == Contact()
-    assert get_contact(Contact(solref=(0.4, 1.0))).solref == (0.4, 1.0)
-    assert CONTACTS["smooth"].solimp[0] <= 1e-3  # the force begins at nothing
 
 
 class TestSoftness:
@@ -170,13 +103,6 @@ def test_the_last_digits_of_the_stiffness_move_the_tip_by_less_than_a_nanometre(
         )
         first, second = run([scene, other])
         assert np.abs(antenna.tip(first) - antenna.tip(second)).max() <= 1e-6
-
-
-def test_slow_motion_widens_a_contact_to_an_eighth_of_the_radius_and_none_beyond_half():
-    antenna = make_preset("cricket")
-    soft = get_contact("smooth").soften(antenna)
-    np.testing.assert_allclose(soft.slow, antenna.radius / 8)
-    np.testing.assert_allclose(soft.widest, antenna.radius / 2)
 
 
 def make_thin(radius: float = 0.03) -> feeler.Antenna:

@@ -65,10 +65,6 @@ def test_an_object_that_is_put_against_a_segment_is_felt_there(model):
     assert bent[0] > 0.02 and bent[0] > 5 * bent[-1], bent  # a push bends the base, not the tip
 
 
-def test_the_viewer_looks_at_the_middle_of_the_antenna(model):
-    np.testing.assert_allclose(model.stat.center, [0, feeler.presets.robot().length / 2, 0])
-
-
 def test_the_base_s_servos_are_critically_damped(model):
     """kv² = 4 m kp: it comes as fast as it can without swinging over."""
     mass = model.body("base").mass[0]
