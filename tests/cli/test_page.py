@@ -29,12 +29,6 @@ def list_verbs(group=GROUP, before=""):
 
 
 @pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
-def test_the_summary_of_a_command_fits_a_line_of_the_help(name, verb):
-    summary = verb.get_short_help_str(999)
-    assert 10 < len(summary) <= 58 and ";" not in summary and summary.endswith(".")
-
-
-@pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
 def test_verbs_with_many_options_show_five_first(name, verb):
     options = [p.name for p in verb.params if p.param_type_name == "option"]
     assert set(_SHOWN_FIRST.get(name, ())) <= set(options)

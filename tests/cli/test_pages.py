@@ -13,9 +13,7 @@ from feeler.antenna.files import load_antenna
 from feeler.calibration import fit_traces, load_traces
 from feeler.cli.app import app
 from feeler.presets import cockroach
-from feeler.tracking import make_synthetic_tracks
 from tests.tensors._sets import judge
-from tests.tracking.dltdv import save_dltdv
 
 
 def run(*words):
@@ -58,25 +56,3 @@ def test_the_fitted_antenna_is_kept_and_its_numbers_stand_in_the_page(tmp_path):
         assert f"{value:.4g}" in page
     kept = json.loads((calibrated / "calibration.json").read_text())
     np.testing.assert_allclose(kept["p"], expected.p)
-
-
-def test_tracks_page_says_planted_speed(tmp_path):
-    planted = np.deg2rad(80e-3)
-    tracks = make_synthetic_tracks(
-        np.random.default_rng(2), peak_speed=(planted, planted), noise=0.1
-    )
-    save_dltdv(tracks, tmp_path / "walk_xypts.csv")
-    run("tracks", tmp_path / "walk_xypts.csv", "--frame-rate", 30, "--out", tmp_path / "out")
-    page = read_page(tmp_path / "out" / "tracks.html")
-    speeds = [float(value) for value in re.findall(r"(\d+\.\d) ± [\d.]+ \(\d+\)", page)]
-    assert len(speeds) == 2
-    assert speeds == pytest.approx([80, 80], rel=0.05)
-
-
-def test_wall_page_names_each_antenna_and_its_r2(tmp_path):
-    words = run("wall", "exponential", "--steps", 5, "--out", tmp_path)
-    page = read_page(tmp_path / "wall.html")
-    kept = json.loads((tmp_path / "exponential.json").read_text())
-    assert len(kept["distance"]) == 5
-    assert f"{kept['r2']:.3f}" in words
-    assert f"{kept['r2']:.4g}" in page

@@ -10,14 +10,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import feeler
 from feeler.cli.app import app
 from feeler.design import load_plan
 from feeler.design import plan as outcome
-from feeler.design.page import _plot_answers, _plot_designs
 from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.design.scoring import DesignTask
 from feeler.design.search import (
@@ -189,41 +187,6 @@ def test_the_verb_writes_a_page_and_goes_on(again, monkeypatch):
     assert said["final"]["bits"] == found.final.bits and said["fewer_errors"] == list(
         found.compare()
     )
-
-
-def test_the_pictures_of_a_design_are_in_their_units(made):
-    _, found = made
-    _plot_designs(found, figure := Figure())
-    axes = figure.axes
-    assert [ax.get_ylabel() for ax in axes] == [
-        "stiffness [N·mm/rad]",
-        "damping [N·mm·ms/rad]",
-        "damping ratio",
-        "missing bits",
-    ]
-    antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
-    whole = [line for line in axes[0].lines if line.get_linestyle() == "-"]
-    for stiff, damp, ratio, antenna in zip(
-        whole, axes[1].lines, axes[2].lines, antennas, strict=True
-    ):
-        place = antenna.hinge_position / antenna.length
-        np.testing.assert_allclose(
-            [*stiff.get_data(), *damp.get_data()],
-            [place, antenna.stiffness, place, antenna.damping],
-        )
-        np.testing.assert_allclose(
-            ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio
-        )
-    _plot_answers(found, figure := Figure())
-    for ax, one, name in zip(
-        figure.axes,
-        (found.reference_final, found.final),
-        ("reference", "design 1"),
-        strict=False,
-    ):
-        assert ax.get_title() == f"{name}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong"
-        np.testing.assert_array_equal(ax.images[0].get_array(), one.confusion)
-        assert [tick.get_text() for tick in ax.get_xticklabels()] == ["0.6", "0.9"]
 
 
 def test_strips_are_as_stiff_as_the_hinges_and_can_be_cut():

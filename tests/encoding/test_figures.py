@@ -1,18 +1,13 @@
 """Figures 4, 5F–G and S5 from small made-up touches: what they hold, and that they draw."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.errors import InvalidInput
-from paper import fig4, fig5f, figS5
 from paper.fig4 import prepare
 from paper.scale import SCALES
-
-QUICK = SCALES["quick"]
 
 
 def make_dataset(width=1.5, n_sensors=16, n_times=120):
@@ -50,40 +45,6 @@ def draw(plot, data):
     plot(data, figure)
     figure.canvas.draw()
     return figure
-
-
-def test_fig4(touched):
-    data = fig4.compute(touched, effort=replace(QUICK, ranks=(2, 3), restarts=2))
-    assert data.residual.shape == data.entropy["mass per tensor"].shape == (2, 2)
-    assert data.residual[1, 0] < data.residual[0, 0]
-    assert next(iter(data.examples)) == "ball 0.5"
-    assert len(data.examples) == 10
-    codes = data.residual_by_code
-    assert codes["nonnegative"] <= codes["sparse"] + 1e-3
-    assert data.sparseness_by_code["sparse"] == pytest.approx(0.8, abs=1e-6)
-    assert data.mapping["ridge"].p_information < 0.01
-    assert data.mapping["ridge"].correlation > 0.8
-    draw(fig4.plot, data)
-
-
-def test_fig5f(touched):
-    data = fig5f.compute(
-        {"exponential": touched, "constant": make_dataset(width=5)}, effort=QUICK
-    )
-    entropy = data.entropy["histogram of [0, 1]"]
-    means = {name: np.nanmean(values[0]) for name, values in entropy.items()}
-    assert min(means, key=means.get) == "exponential"
-    assert data.entropy["probability mass"]["constant"].shape == (1, 3)  # restart, component
-    assert set(data.mapping) == {"exponential", "constant"}
-    draw(fig5f.plot, data)
-
-
-def test_figS5(touched):
-    data = figS5.compute(touched, effort=QUICK, durations=(10, 40))
-    assert data.residual.shape == (2,)
-    np.testing.assert_allclose(data.basis_similarity[1], 1)
-    assert data.profile_similarity.shape == (2, 3)
-    draw(figS5.plot, data)
 
 
 def test_what_is_encoded_is_rectified_and_named(touched):

@@ -6,10 +6,8 @@ import pytest
 from feeler.encoding import reconstruct
 from feeler.encoding.code import MOST_PIVOTS, _solve_nonnegative
 from feeler.encoding.convolution import (
-    apply_gram,
     compute_activation_gram,
     compute_basis_gram,
-    compute_spectra,
     descend_activations,
     multiply_activations,
     multiply_bases,
@@ -60,45 +58,6 @@ def loop_gather(activations, tensors, n_lags):
         for t in range(lag, tensors.shape[2]):
             gathered[m, x, lag] += activations[:, m, t - lag] @ tensors[:, x, t]
     return gathered
-
-
-def test_reconstruction(case):
-    _, bases, activations = case
-    np.testing.assert_allclose(
-        reconstruct(bases, activations), loop_reconstruct(bases, activations)
-    )
-
-
-def test_correlations_with_the_data(case):
-    tensors, bases, activations = case
-    data = Data(tensors, bases.shape[2])
-    everything = slice(None)
-    np.testing.assert_allclose(
-        data.see(compute_spectra(bases, data.length), everything),
-        loop_see(bases, tensors),
-        atol=1e-12,
-    )
-    gathered = data.gather(activations)
-    np.testing.assert_allclose(
-        gathered, loop_gather(activations, tensors, bases.shape[2]), atol=1e-12
-    )
-
-
-def test_gram_of_bases_replaces_the_reconstruction(case):
-    _, bases, activations = case
-    expected = loop_see(bases, loop_reconstruct(bases, activations))
-    kernel, fringe = compute_basis_gram(bases)
-    for trial, target in zip(activations, expected, strict=True):
-        out = np.empty_like(trial)
-        apply_gram(kernel, fringe, trial, out)
-        np.testing.assert_allclose(out, target, atol=1e-12)
-
-
-def test_gram_of_activations_replaces_the_reconstruction(case):
-    _, bases, activations = case
-    gram = compute_activation_gram(activations, bases.shape[2])
-    expected = loop_gather(activations, loop_reconstruct(bases, activations), bases.shape[2])
-    np.testing.assert_allclose(np.einsum("kxs,ksmt->mxt", bases, gram), expected, atol=1e-12)
 
 
 def test_multiplicative_updates_equal_the_textbook(case):

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import feeler
-from feeler import Antenna, Ball, Box, Trial, Wall, presets
+from feeler import Antenna, Ball, Trial, Wall, presets
 from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.tensors import validate
 
@@ -40,23 +40,6 @@ def test_no_contact_gives_exact_zeros(engine):
     )
     assert not tensors["angle"].values.any()
     assert not tensors["force"].values.any()
-
-
-def test_workers_do_not_change_a_bit():
-    trials = [
-        TRIAL,
-        Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.3),
-    ] * 6
-    one, two = (feeler.touch(ANTENNA, trials, workers=w, **SHORT) for w in (1, 2))
-    np.testing.assert_array_equal(one["angle"], two["angle"])
-    np.testing.assert_array_equal(one["seed"], two["seed"])
-
-
-def test_contact_begins_when_the_trial_says():
-    trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6, lead=5.0)
-    tensors = feeler.touch(ANTENNA, trial, duration=8.0, sample_interval=0.02, timestep=0.02)
-    touching = np.abs(tensors["force"].values[0]).sum(axis=1) > 0
-    assert tensors["time"].values[np.argmax(touching)] == pytest.approx(5.0, abs=0.1)
 
 
 def test_tensors_keep_the_contract():
@@ -184,12 +167,3 @@ def test_the_cylinder_of_a_hit_touches_at_time_0():
     # as near as the next hinge, and as a sample's way of the cylinder
     np.testing.assert_allclose(gap, radius + thick, atol=antenna.segment_length.max())
     assert np.abs(found["force"].values[: touched - 1]).max() == 0.0
-
-
-@pytest.mark.parametrize("place", [0, 1, 2])
-def test_the_fastest_touch_of_a_set_is_the_one_that_is_doubted(place):
-    speeds = np.insert([0.1, 0.2], place, 6.0)  # mm/ms: half the radius and more in 0.1 ms
-    trials = [Trial(feature=Ball(radius=1.5), location=0.5, speed=float(v)) for v in speeds]
-    with pytest.warns(feeler.errors.ModelValidityWarning, match="outside what") as warned:
-        feeler.touch(ANTENNA, trials, duration=1.0, timestep=0.1)
-    assert warned[0].message.details.startswith("At 6 mm/ms an object moves 0.6 mm")

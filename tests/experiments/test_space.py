@@ -5,7 +5,6 @@ import json
 import mujoco
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import feeler
 from feeler.analysis import compute_dispersion
@@ -19,7 +18,6 @@ from feeler.objects.motion import parse_flow
 from feeler.physics.engine import get_engine
 from feeler.physics.scene import make_scene
 from feeler.physics.spec import write_mjcf
-from feeler.plotting import plot_touch, write_touch_movie
 from feeler.plotting.tensors import take_curvature
 from feeler.provenance import to_jsonable
 from feeler.tensors.schema import find_errors, validate
@@ -175,15 +173,6 @@ def test_curvature_is_the_length_of_its_vector(touches):
     found = take_curvature(touches)
     wanted = np.hypot(*np.moveaxis(touches["curvature"].values, 1, 0))
     np.testing.assert_allclose(found, wanted)
-
-
-def test_a_touch_is_drawn_in_space(touches, tmp_path):
-    figure = Figure()
-    plot_touch(touches, figure)
-    assert "both planes" in figure.axes[1].get_ylabel()
-    one = feeler.touch(WHISKER, TRIALS[4], duration=6, all_hinges=True)
-    path = write_touch_movie(WHISKER, TRIALS[4], one, tmp_path / "m.mp4", slower=10, fps=20)
-    assert path.stat().st_size > 1000
 
 
 def test_a_base_that_turns_in_space_is_labelled_and_recorded():

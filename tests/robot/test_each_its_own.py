@@ -15,8 +15,6 @@ from feeler.robot import (
     Gap,
     Recording,
     align_recordings,
-    fit_sensors,
-    load_recording,
     load_robot,
     make_dataset,
     make_robot,
@@ -24,7 +22,6 @@ from feeler.robot import (
     make_touches,
     make_training,
     repair,
-    save_recording,
     write_robot,
 )
 from feeler.robot.classify import TrainingSet, judge_recording
@@ -64,28 +61,6 @@ def test_a_recording_is_whole_with_its_last_sample_and_short_of_it_says_by_how_m
     words = f"{AFTER} ms after the first peak are needed; here {held}"
     assert answer.missing == ("" if late >= 0 else words)
     assert tensor.shape == (8, 250 + AFTER)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.4, 0.95])
-def test_a_recording_of_the_other_side_is_judged_by_its_mirror_image(share):
-    """Whatever the antenna swings back by afterwards; and the answer says so."""
-    robot, n = make_robot(), 900
-    time = np.arange(float(n))
-    tip = np.exp(-(((time - 300) / 40.0) ** 2)) - share * np.exp(-(((time - 420) / 40.0) ** 2))
-    values = np.linspace(0.5, 1.5, 8)[:, None] * 0.01 * tip
-    seen: list = []
-    judged = [
-        judge_recording(
-            make_reader(seen=seen), Recording(time=time, values=one), robot, before=250
-        )
-        for one in (values, -values)
-    ]
-    (answer, tensor), (other, mirrored) = judged
-    np.testing.assert_array_equal(mirrored, tensor)
-    assert (answer.mirrored, other.mirrored) == (False, True)
-    assert replace(other, mirrored=False) == answer
-    assert "judged by its mirror image" in str(other) and other.to_plain()["mirrored"]
-    assert "mirror" not in str(answer)
 
 
 def test_a_training_set_of_the_other_side_is_its_mirror_image():
@@ -186,46 +161,6 @@ def test_intervals_that_differ_by_less_than_a_millisecond_are_no_one_set():
             make_dataset([*bad, odd])
 
 
-def test_a_saved_recording_keeps_its_labels_its_robot_and_as_many_digits_as_asked_for(tmp_path):
-    labels = {"feature": "box", "size": 2.5, "location": 0.7, "speed": 0.31}
-    values = np.array([[1 / 3, 2 / 3, 1.0], [-1 / 3, 0.0, 7.0]])
-    one = Recording(
-        time=np.array([0.0, 1.5, 2.0]), values=values, quantity="voltage", unit="mV", robot="r",
-        source="simulation", labels=labels,
-    )  # fmt: skip
-    for digits, off in ((3, 1e-3), (17, 0.0)):
-        save_recording(one, tmp_path / "a.csv", digits=digits)
-        again = load_recording(tmp_path / "a.csv", n_channels=2)
-        assert (again.labels, again.robot, again.source, again.unit) == (
-            labels,
-            "r",
-            "simulation",
-            "mV",
-        )
-        away = np.abs(again.values - values).max()
-        assert away <= off and (off == 0.0 or away > 1e-5)
-    with pytest.raises(InvalidInput, match="digits must be from 1 to 17, got 18"):
-        save_recording(one, tmp_path / "a.csv", digits=18)
-    with pytest.raises(InvalidInput, match="unit of voltage is mV, got 'pF'"):
-        one.replace(unit="pF")
-
-
-def test_a_moulded_robot_is_as_thick_as_its_diameter_says_and_as_long(tmp_path):
-    write_robot(tmp_path / "m.toml", 5, moulded=True)
-    robot = load_robot(tmp_path / "m.toml")
-    theory = robot.theory
-    assert theory.length == pytest.approx(40.0) and theory.n_segments == 5
-    place = (np.arange(5) + 0.5) / 5
-    np.testing.assert_allclose(theory.radius, (4 - 2 * place) / 2, rtol=0.02)
-    np.testing.assert_array_equal(theory.damping, theory.stiffness)
-    np.testing.assert_allclose(robot.antenna.damping, 2.0 * theory.stiffness)
-    assert theory.stiffness[0] > 3 * theory.stiffness[-1]
-    with pytest.raises(InvalidInput, match=r"m\.toml exists already"):
-        write_robot(tmp_path / "m.toml", 5)
-    with pytest.raises(InvalidInput, match="n_hinges must be from 1 to 256, got 257"):
-        write_robot(tmp_path / "n.toml", 257)
-
-
 def test_a_robot_s_hinges_and_links_stand_each_in_their_own_place(tmp_path):
     write_robot(tmp_path / "r.toml", 3)
     text = (tmp_path / "r.toml").read_text()
@@ -253,32 +188,6 @@ def test_a_robot_s_hinges_and_links_stand_each_in_their_own_place(tmp_path):
     assert lines[3] == f"damping     {said[2]} (base) … {said[3]} (tip) N·mm·ms/rad"
 
 
-def test_repair_counts_gaps_and_missing_values_of_each_channel():
-    time = np.delete(np.arange(100.0), [*range(20, 41), *range(60, 75)])
-    values = np.sin(time / 7) * np.arange(1.0, 4.0)[:, None]
-    values[2, :3] = np.nan
-    recording = Recording(time=time, values=values)
-    with pytest.raises(
-        InvalidInput, match=r"hinge 1 has 2 gaps longer than 10 ms, the longest 22"
-    ):
-        repair(recording)
-    bridged = repair(recording, gaps="bridge")
-    assert bridged.history[0] == (
-        "recorded every 1 ms (jitter sd 0 ms), 36 samples dropped; time base evened"
-    )
-    assert bridged.history[1:3] == (
-        "hinge 1: 2 gaps over 10 ms, bridged",
-        "hinge 2: 2 gaps over 10 ms, bridged",
-    )
-    assert bridged.history[-1] == "hinge 3: 3 missing values"
-    kept = repair(recording, gaps="keep", max_gap=18.0)
-    assert [*np.isnan(kept.values).sum(axis=1)] == [21, 21, 21]
-    assert kept.history[1] == "hinge 1: 1 gaps over 18 ms, kept"
-    coarse = repair(recording, gaps="bridge", interval=2.5)
-    assert coarse.time[-1] == 97.5 and "resampled to 2.5 ms" in coarse.history[0]
-    np.testing.assert_allclose(coarse.values[1], np.interp(coarse.time, time, values[1]))
-
-
 def test_bad_channels_are_those_and_no_others():
     values = np.random.default_rng(0).normal(size=(3, 60))
     values[1] = 0.25
@@ -290,23 +199,3 @@ def test_bad_channels_are_those_and_no_others():
     twice = np.arange(60.0) - (np.arange(60) >= 4)
     with pytest.raises(InvalidInput, match=r"1 samples share their time .* the first at 3 ms"):
         repair(recording.replace(time=twice), bad_channels="missing")
-
-
-def test_readings_out_of_range_are_told_of_the_hinge_that_has_most_of_them():
-    hinge, level = np.repeat([1, 2], 5), np.tile(np.linspace(-0.4, 0.4, 5), 2)
-    table = fit_sensors(hinge, level, 5.0 + 2.0 * level + hinge, robot="a")
-    readings = np.array([[6.0, 9.9, 6.0, 6.1], [7.0, 3.1, 2.2, 7.3]])
-    words = r"3 readings .*, most in hinge 2: 2\.2 to 3\.1 pF, calibrated 6\.2 to 7\.8"
-    with pytest.raises(InvalidInput, match=words):
-        table.apply(readings)
-    clipped = table.apply(readings, outside="clip")
-    assert clipped[1, 1:3] == pytest.approx([-0.4, -0.4]) and clipped[0, 1] == pytest.approx(
-        0.4
-    )
-    missing = table.apply(readings, outside="missing")
-    assert np.isnan(missing).tolist() == [
-        [False, True, False, False],
-        [False, True, True, False],
-    ]
-    with pytest.raises(InvalidInput, match="belongs to robot 'a', the recording to 'b'"):
-        table.apply(readings, robot="b")

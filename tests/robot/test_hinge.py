@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.robot import ROBOT_FACTS, make_flexures, make_robot
+from feeler.robot import make_flexures, make_robot
 
 
 def test_stiffness_of_a_worked_example():
@@ -27,25 +27,6 @@ def test_factors_scale_stiffness_and_damping():
     robot = make_robot(stiffness_factor=1.19, damping_factor=2.06)
     np.testing.assert_allclose(robot.stiffness, 1.19 * theory)
     np.testing.assert_allclose(robot.damping, 2.06 * theory)
-
-
-def test_geometry_of_the_preset():
-    robot = make_robot()
-    assert robot.n_segments == 8
-    np.testing.assert_array_equal(robot.sensors, np.arange(1, 9))
-    assert robot.length == pytest.approx(7 * 7.85 + 7.5)
-    assert robot.length + ROBOT_FACTS["mount"].value < ROBOT_FACTS["body"].value[0]
-    assert robot.segment_mass.sum() < ROBOT_FACTS["mass"].value
-    steps = np.diff(robot.stiffness)
-    assert np.all(steps < 0)
-    np.testing.assert_allclose(steps, steps.mean(), rtol=0.5)  # [P] falls about linearly
-
-
-def test_every_number_has_a_source_tag():
-    assert {fact.tag for fact in ROBOT_FACTS.values()} <= {"P", "A", "B", "C", "D"}
-    assert {ROBOT_FACTS[name].tag for name in ("thickness", "hinge_length")} == {
-        "C"
-    }  # never to be claimed
 
 
 @pytest.mark.parametrize(

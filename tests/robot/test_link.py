@@ -2,14 +2,11 @@
 counted.
 """
 
-import inspect
 import io
 import os
 import pty
-import re
 import threading
 import time
-from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -225,10 +222,3 @@ def test_a_board_that_is_reset_is_heard_again_and_a_late_line_is_not(framed):
     sent = numbered if framed else send_all(times)
     assert [time for time, _ in read_samples(sent, 1, link)] == np.arange(60.0).tolist()
     assert (link.late, link.broken, link.restarts) == (1, 0, 0)
-
-
-def test_the_sketch_the_library_and_the_studio_speak_at_one_rate():
-    """A board is heard only by who asks at the rate at which it sends."""
-    sketch = files("feeler.robot").joinpath("board.ino").read_text(encoding="utf-8")
-    (rate,) = re.findall(r"BAUD = (\d+)", sketch)
-    assert inspect.signature(open_serial).parameters["baudrate"].default == int(rate)

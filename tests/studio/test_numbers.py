@@ -249,28 +249,6 @@ def test_the_force_is_that_of_all_objects_together(page, touched):
         page.change("s.touch.objects = [];")
 
 
-def test_of_two_antennae_each_number_is_its_own(page, touched):
-    page.change("s.B = { preset: 'exponential' };")
-    page.wait("app.records.B.ended")
-    other = np.degrees(make_touch(feeler.presets.cockroach())["angle"].values[0])
-    hinges = feeler.presets.cockroach().sensors
-    try:
-        for slot, sensor, expected, hinge in (
-            ("B", 51, other, hinges[51]),
-            ("A", 9, np.degrees(touched["angle"].values[0]), touched["segment"].values[9]),
-        ):
-            page.run(f"app.setHover({{ slot: '{slot}', sensor: {sensor} }})")
-            page.seek(88)
-            words = next(text for text in page.drawn("tensor") if "sensor" in text)
-            assert words.startswith(f"{slot}, sensor {sensor + 1}, hinge {hinge}, peak: ")
-            at = int(np.abs(expected[sensor]).argmax())
-            peak, now = (f"{expected[sensor, k]:.2f}" for k in (at, 88))
-            assert words.endswith(f"peak: {peak}° at {at} ms; now {now}°")
-    finally:
-        page.run("app.setHover(null)")
-        page.change("s.B = null;")
-
-
 @pytest.fixture(scope="module")
 def learned(page, touched):
     """The page after a study of this antenna at this speed."""
@@ -383,76 +361,3 @@ def test_a_wall_s_run_is_calibrated_at_its_own_speed(page, speed):
     after = len(strokes) - 1 - ring  # the segments beyond, a stroke each
     assert antenna.n_segments - 1 - after == tops[1][at] != tops[0][at]
     assert page.ask("app.walls.A.header.heading") == FOLLOWING.base_angle
-
-
-def test_by_hand_the_numbers_are_those_of_the_same_commands(page):
-    page.change("s.mode = 'touch'; s.A = { preset: 'linear', length: 33, sensors: 23 };" + WISH)
-    page.run("app.store.change(s => { s.mode = 'hand'; })")
-    page.wait("app.root.dataset.mode == 'hand' && app.status == 'exact' && app.records.A.ended")
-    page.run("app.startHand(); app.aim(0, -6, 27, 0)")
-    page.wait("app.records.A.hand && app.records.A.peak > 0.002", 60)
-    page.run("app.endHand()")
-    page.wait("!app.handOn && app.records.A.ended")
-    trial = make_trial()
-    simulation = feeler.Simulation(make_antenna(), [trial])
-    commands = page.ask("app.records.A.commands")
-    rows, forces = [simulation.angle], [np.zeros(2)]
-    for k in range(1, page.ask("app.records.A.filled")):
-        while commands and commands[0][0] <= k:
-            _, what, vx, vy, turn = commands.pop(0)
-            simulation.move_object(what, (vx, vy), turn)
-        simulation.step(1.0)
-        rows.append(simulation.angle)
-        forces.append(simulation.force.sum(axis=0))
-    ms = int(np.abs(np.array(rows)).max(axis=1).argmax())
-    sensor = 11
-    page.run(f"app.setHover({{ slot: 'A', sensor: {sensor} }})")
-    page.seek(ms)
-    hinge = make_antenna().sensors[sensor]
-    words = next(text for text in page.drawn("tensor") if "sensor" in text)
-    assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}, peak: ")
-    assert words.endswith(f"; now {np.degrees(rows[ms][hinge - 1]):.2f}°")
-    force = [text for text in page.drawn("stage") if text.endswith("µN")]
-    assert read(" ".join(force)) == [shown(1e6 * np.hypot(*forces[ms]))]
-    assert page.text(".verdict-panel .verdict").startswith("No verdict by hand")
-    page.run("app.setHover(null)")
-
-
-def make_trial():
-    return feeler.Trial(
-        feature=feeler.Triangle(half_width=SIZE),
-        location=PLACE,
-        speed=SPEED,
-        lead=7,
-        side="right",
-    )
-
-
-def test_a_recording_says_its_rate_and_its_degrees(page):
-    n, interval = 90, 2.5
-    turn = 0.3 * np.sin(0.11 * np.arange(n))[:, None] * np.linspace(1.0, 0.2, 8)
-    head = ",".join(["time_ms", *(f"hinge{k + 1}_rad" for k in range(8))])
-    rows = [",".join([f"{k * interval}", *(f"{v:.7f}" for v in turn[k])]) for k in range(n)]
-    page.run("app.store.change(s => { s.mode = 'touch'; })")
-    drop = """const data = new DataTransfer();
-    data.items.add(new File([arguments[0]], 'mine.csv'));
-    app.root.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true,
-        cancelable: true }));"""
-    page.browser.execute_script(APP + drop, "\n".join([head, *rows]) + "\n")
-    page.wait("app.records.A.name == 'mine.csv' && app.records.A.ended")
-    page.run("app.play(false); app.setHover({ slot: 'A', sensor: 5 })")
-    page.seek(140)
-    words = next(text for text in page.drawn("tensor") if "sensor" in text)
-    assert words.startswith("sensor 6, hinge 6, peak: ")
-    assert words.endswith(f"; now {np.degrees(turn[56, 5]):.2f}°")
-    facts = page.text(".board-panel .facts")
-    assert "samples a second 400" in facts and "recording mine.csv" in facts
-    board = (
-        "{ live: true, interval: 4, missing: 7, damaged: 3 }"  # as a board's record has them
-    )
-    page.run(f"Object.assign(app.records.A, {board}); app.refresh()")
-    page.draw()
-    facts = page.text(".board-panel .facts")
-    assert facts == "samples a second 250 missing 7 lines that are none 3"
-    assert page.ask("app.duration() / app.records.A.total") == 4
-    page.run("app.setHover(null); app.store.change(s => { s.mode = 'touch'; })")

@@ -7,14 +7,10 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 import feeler
-from feeler.plotting.style import style
 from feeler.report import Section
 from feeler.tradeoff import (
-    _plot_tradeoff,
     fill_section,
     find_best,
     load_declared,
@@ -84,82 +80,6 @@ def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, 
         ("last contact [ms]", "release"),
     ):
         assert said[name] == pytest.approx(measured[field].values.mean(axis=0), rel=1e-3)
-
-
-def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, measured):
-    levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
-    _plot_tradeoff({"toy": measured}, levels, figure := Figure())
-    time, distance, best, common, relative, work, force = figure.axes
-    assert (time.get_xlabel(), time.get_ylabel()) == (
-        "time since contact [ms]",
-        "ideal accuracy [%]",
-    )
-    assert distance.get_xlabel() == "distance since contact [mm]"
-    assert (best.get_xlabel(), best.get_ylabel()) == (
-        "deadline [ms since contact]",
-        "best speed [m/s]",
-    )
-    assert (work.get_ylabel(), force.get_ylabel()) == (
-        "work of a\ntouch [µJ]",
-        "peak force\n[mN]",
-    )
-    for ax, level, unit in (
-        (common, levels["common"], "rad"),
-        (relative, levels["relative"], "of peak"),
-    ):
-        assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == (
-            "speed [m/s]",
-            "bits",
-            f"noise {level} {unit}",
-        )
-        matched = measured["window"].values[measured["kind"].values == "distance and samples"][
-            0
-        ]
-        whole, dashed = (bars.lines[0].get_xydata() for bars in ax.containers)
-        for line, window in ((whole, "whole touch"), (dashed, matched)):
-            expected = measured["bits"].sel(level=level, window=window).mean("set")
-            np.testing.assert_allclose(line, np.column_stack([SPEEDS, expected]))
-    for bars, level in zip(best.containers, levels.values(), strict=True):
-        found = find_best(measured, level)
-        found = found.isel(window=np.flatnonzero(found["kind"].values == "time"))
-        np.testing.assert_allclose(
-            bars.lines[0].get_xydata(), np.column_stack([found["value"], found["best"]])
-        )
-        (span,) = bars.lines[2]
-        ends = np.array([segment[:, 1] for segment in span.get_segments()])
-        np.testing.assert_allclose(ends, np.column_stack([found["least"], found["most"]]))
-    for ax, kind in ((time, "time"), (distance, "distance")):
-        chosen = (
-            measured["accuracy"]
-            .sel(level=levels["common"])
-            .mean("set")
-            .isel(window=measured["kind"].values == kind)
-        )
-        for line, speed in zip(ax.lines, SPEEDS, strict=True):
-            np.testing.assert_allclose(line.get_ydata(), 100 * chosen.sel(speed=speed))
-
-
-@pytest.mark.further
-@pytest.mark.parametrize(
-    "names", [["exponential"], ["exponential", "linear", "constant", "matched"]]
-)
-def test_the_legend_fits_into_the_figure(declared, measured, names):
-    with style():
-        figure = Figure(figsize=(7.2, 4.6), layout="constrained")
-        levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
-        shown = measured.assign_attrs(antenna=names[0])
-        _plot_tradeoff(dict.fromkeys(names, shown), levels, figure)
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-    speeds, antennas = figure.legends
-    for legend in (speeds, antennas):
-        box, page = legend.get_window_extent(canvas.get_renderer()), figure.bbox
-        assert (
-            page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
-        )
-    assert all(text.get_text().endswith(" m/s") for text in speeds.get_texts())
-    said = [text.get_text() for text in antennas.get_texts()]
-    assert said[: len(names)] == names and len(said) == len(names) + 2
 
 
 @pytest.mark.long

@@ -67,14 +67,6 @@ def test_the_first_pixel_is_taken_from_every_axis_and_y_is_turned_in_pictures_al
     assert flat.interval == 4.0 and flat.time.tolist() == [0.0, 4.0, 8.0, 12.0]
 
 
-def test_tracks_say_what_wrote_them_and_whether_anything_is_made_up(read):
-    notes = {"first frame": "7 of the film", "source": "a Synthetic film"}
-    made = read(make_found(notes=notes))
-    assert (made.source, made.notes) == ("synthetic", notes | {"software": "x"})
-    plain = read(make_found(software=""))
-    assert (plain.source, plain.notes) == ("tracked", {})
-
-
 def test_landmarks_that_are_chosen_keep_their_own_places_and_doubts(read):
     """A frame as sure as was asked for counts; one that was not seen is not doubted too."""
     likelihood = np.array([[0.9, 0.7, 0.2], [0.9, 0.6, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])

@@ -519,32 +519,6 @@ def test_angles_and_bends_in_space_are_those_of_the_plane_they_lie_in():
     np.testing.assert_allclose(bends[1], np.abs(bends[0]), atol=1e-9)
 
 
-def test_one_antenna_alone_is_measured(tmp_path):
-    names, position, likelihood = plant(np.random.default_rng(1))
-    keep = [k for k, name in enumerate(names) if not name.startswith("right")]
-    write_deeplabcut(
-        tmp_path / "one.csv", [names[k] for k in keep], position[:, keep], likelihood[:, keep]
-    )
-    words = ["tracks", str(tmp_path / "one.csv"), "--frame-rate", str(RATE), "--json"]
-    said = CliRunner().invoke(app, [*words, "--tips", "left_tip,", "--bases", "left_base,"])
-    assert said.exit_code == 0, said.output
-    mean = json.loads(said.stdout)["trials"][0]["mean_peak"]
-    assert mean[1] is None and mean[0] == pytest.approx(204.2, rel=0.02)
-    said = CliRunner().invoke(app, words)
-    assert "--tips left_tip," in str(said.exception)
-
-
-@pytest.mark.further
-@pytest.mark.parametrize("fps", [0.0, 1.0, -30.0])
-def test_a_frame_rate_that_no_film_has_is_asked_for(tmp_path, fps):
-    write_movement(tmp_path / "m.nc", *plant(np.random.default_rng(0)))
-    with h5py.File(tmp_path / "m.nc", "r+") as file:
-        file.attrs["fps"] = fps
-    with pytest.raises(InvalidInput, match=r"claims .* frames/s, .*give frame_rate"):
-        load_tracks(tmp_path / "m.nc")
-    assert load_tracks(tmp_path / "m.nc", frame_rate=1.0).interval == 1e3
-
-
 @pytest.mark.parametrize(
     "lines",
     [

@@ -135,15 +135,6 @@ def test_faults_of_the_track_change_the_speed_little_and_are_named(
     assert np.all(found.n_peaks >= 0.8 * 2 * frequency * len(position) / frame_rate)
 
 
-def test_one_trial_is_measured_alone_as_among_others():
-    trials = [make(film(2, 100, seed=k), 100) for k in range(3)]
-    together = measure_exploration(trials)
-    for k, trial in enumerate(trials):
-        alone = measure_exploration([trial])
-        np.testing.assert_array_equal(alone.mean_peak[0], together.mean_peak[k])
-        np.testing.assert_array_equal(alone.error[0], together.error[k])
-
-
 def test_names_that_contradict_the_geometry_are_asked_about():
     tracks = make(film(2, 100), 100)
     with pytest.warns(

@@ -8,7 +8,6 @@ import pytest
 from scipy.stats import binom
 
 from feeler.antenna import Antenna
-from feeler.cli.wall import _describe
 from feeler.presets import cockroach
 from feeler.wall import Posture, count_orderings, find_peak, map_distance, slide, summarise
 from feeler.wall.approach import Peak, _find_parabolic_peak, find_sweep_peak
@@ -164,22 +163,6 @@ def test_a_map_is_fitted_where_the_posture_stands_in_balance_with_its_peak_off_t
     assert np.isnan(found.residual[~found.used]).all()
 
 
-def test_residuals_are_the_distance_over_the_line_and_three_points_are_enough():
-    found = fit([9.0, 6.0, 4.0, 1.0], [3.0, 2.0, 1.0, np.nan])
-    slope, intercept = np.polyfit([3.0, 2.0, 1.0], [9.0, 6.0, 4.0], 1)
-    np.testing.assert_allclose(
-        found.residual[:3],
-        [9 - 3 * slope - intercept, 6 - 2 * slope - intercept, 4 - slope - intercept],
-    )
-    assert (
-        np.isnan(found.residual[3])
-        and found.used.tolist() == [True, True, True, False]
-        and not found.undefined
-    )
-    assert fit([9.0, 6.0, 4.0], [1.0, 2.0, 3.0]).monotone
-    assert not fit([9.0, 6.0, 4.0], [2.0, 2.0, 3.0]).monotone
-
-
 def test_of_two_runs_the_longer_one_counts_and_of_equal_ones_the_first():
     assert fit([9.0, 8.0, 7.0, 6.0, 5.0, 4.0], [3.0, 2.0, 5.0, 4.0, 3.0, 3.05]).told_apart == (
         5.0,
@@ -251,15 +234,6 @@ def test_a_fold_lies_straight_to_the_wall_bends_by_its_radius_and_comes_straight
     assert x[-1] == pytest.approx(x.max(), abs=1e-9)
 
 
-def test_the_first_and_the_last_face_go_on_by_100_mm():
-    course = Course(lengths=(30.0, 50.0), turns=(60.0,))
-    heading = np.radians(-60.0)
-    corner, way = np.array([0.0, 30.0]), np.array([np.sin(heading), np.cos(heading)])
-    np.testing.assert_allclose(
-        course.line, [[0.0, -100.0], corner, corner + 150.0 * way], atol=1e-9
-    )
-
-
 def test_turns_are_measured_to_the_left_in_degrees():
     heading = np.radians([90.0, 120.0, 60.0, 60.0, 139.0])  # anticlockwise from +x
     along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
@@ -327,22 +301,3 @@ def test_what_a_sliding_wall_bends_most_is_beyond_the_slack_shape():
     )
     near_peak = antenna.shape(hook + pressed)[21]
     np.testing.assert_allclose(Shapes.of_slides(touch).peak[0], near_peak, atol=2 * STEP)
-
-
-@pytest.mark.parametrize(("error", "told"), [(24.0, False), (393.0, True)])
-def test_a_line_that_hangs_on_one_distance_is_said_to(capsys, error, told):
-    found = SimpleNamespace(
-        distance=np.array([25.0, 15.0, 5.0]),
-        used=np.ones(3, bool),
-        undefined="",
-        told_apart=(5.0, 15.0),
-        r2=0.9,
-        slope=1.5,
-        intercept=2.5,
-        error=error,
-        monotone=True,
-    )
-    sweep = SimpleNamespace(contact=np.ones(3, bool), inverted=np.ones(3, bool))
-    print(*_describe({"soft": sweep}, {"soft": found}), sep="\n")
-    said = capsys.readouterr().out
-    assert ("the line of soft hangs on one of its 3 distances" in said) is told

@@ -19,7 +19,7 @@ from feeler.wall import (
     summarise,
 )
 from feeler.wall.approach import _compute_smooth_curvature
-from feeler.wall.distance import _bootstrap_median, _fit_distance
+from feeler.wall.distance import _fit_distance
 
 
 @pytest.fixture
@@ -141,13 +141,6 @@ def test_a_stiffness_gradient_lays_the_bend_of_a_straight_antenna_where_it_meets
 def test_no_contact_no_estimate():
     found = map_distance(approach(cockroach(), Posture(), (40.0, 20.0, 15.0, 10.0)))
     assert np.isnan(found.position[0]) and not found.used[0]
-
-
-def test_bootstrap_of_the_median():
-    rng = np.random.default_rng(0)
-    median, low, high = _bootstrap_median(np.append(rng.normal(0.7, 0.1, 200), np.nan), rng)
-    assert low < median < high and abs(median - 0.7) < 0.03 and high - low < 0.08
-    assert all(np.isnan(_bootstrap_median(np.array([np.nan]), rng)))
 
 
 def test_sweeps_go_to_the_executor_that_is_given():

@@ -39,19 +39,6 @@ def test_the_j_slides_and_stays_at_every_distance(profile):
     assert np.all(np.abs(moved) < 0.3 * wall)  # it slides; it is not carried along
 
 
-def test_a_wall_sliding_on_the_left_is_the_mirror_image():
-    right, left = (
-        slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1)
-        for side in ("right", "left")
-    )
-    np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
-    np.testing.assert_allclose(left.points, right.points * [-1.0, 1.0], atol=1e-7)
-    for shown in ("contact", "inverted"):
-        assert (
-            np.array_equal(getattr(left, shown), getattr(right, shown)) and right.contact.any()
-        )
-
-
 @pytest.mark.parametrize("engine", ["rod-inertia", "chain"])
 def test_the_user_s_engine_and_workers_slide(engine):
     touch = slide(
@@ -69,16 +56,6 @@ def test_the_user_s_engine_and_workers_slide(engine):
         np.testing.assert_allclose(
             np.cumsum(found.angle, axis=1), np.cumsum(expected.angle, axis=1), atol=0.05
         )
-
-
-def test_tensors_of_a_wall_keep_the_contract():
-    data = slide(
-        cockroach(), Posture(), (16.0, 8.0), duration=10.0, timestep=0.1
-    ).make_dataset()
-    assert data["angle"].dims == ("trial", "sensor", "time")
-    assert data.sizes == {"trial": 2, "sensor": 56, "time": 10, "axis": 2}
-    assert data["distance"].values.tolist() == [16.0, 8.0]
-    assert set(data["feature"].values) == {"wall"}
 
 
 def test_a_slow_drive_passes_through_the_equilibria():
