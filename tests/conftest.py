@@ -58,12 +58,6 @@ SIZE = "--window-size=1440,900"
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
-def pytest_addoption(parser):
-    parser.addoption(
-        "--kills", type=int, default=60, help="kills of a worker for each executor"
-    )
-
-
 def pytest_configure(config):
     """One thread within BLAS and within PyTorch, where several workers share the machine. Workers
     must find this when they start: a plugin of pytest loads NumPy before a worker comes to this

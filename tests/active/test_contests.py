@@ -108,16 +108,6 @@ def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
     assert np.all(found[0]["work"] < found[1]["work"])
 
 
-@pytest.mark.parametrize(
-    "words", ["# my notes", "my notes\n", '{"x": 1}\n', '{"key": "a", "value": {}}\nnotes']
-)
-def test_a_file_that_is_no_journal_is_left_as_it_is(comparison, tmp_path, words):
-    (tmp_path / "notes").write_text(words)
-    with pytest.raises(InvalidInput, match="notes is no journal of a contest"):
-        comparison.run(cockroach(), NAMES, journal=tmp_path / "notes")
-    assert (tmp_path / "notes").read_text() == words
-
-
 def make_measured(comparison, accuracy):
     """One accuracy for each policy and set."""
     names = [*comparison.fixed[:1], *comparison.steered[:2]]

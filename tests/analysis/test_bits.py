@@ -159,18 +159,6 @@ def test_standard_errors_are_the_spread_over_repeated_draws():
     assert noise[:, 1].mean() == pytest.approx(noise[:, 0].std(ddof=1), rel=0.3)
 
 
-def test_the_seed_is_0_unless_another_is_given():
-    tensors = make_pair(1.0)
-    known, other = (
-        compute_information(tensors, 0.7, n_draws=20, random_state=seed) for seed in (0, 1)
-    )
-    assert compute_information(tensors, 0.7, n_draws=20) == known != other
-    assert measure_information(compute_energy(tensors), 0.7, n_draws=20).bits == pytest.approx(
-        known.bits
-    )
-    assert find_noise(tensors, n_draws=20) == find_noise(tensors, n_draws=20, random_state=0)
-
-
 @pytest.mark.parametrize(("n_draws", "known"), [(1, False), (2, True)])
 def test_an_error_needs_two_pairs_of_draws(n_draws, known):
     found = compute_information(make_pair(1.0), 0.7, n_draws=n_draws)

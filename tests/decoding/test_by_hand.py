@@ -91,27 +91,6 @@ def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
     )
 
 
-def make_touches(spread=0.0, seed=0, n_each=1):
-    rng, time = np.random.default_rng(seed), np.maximum(np.arange(160) - 30.0, 0.0)
-    shapes = [np.stack([0.02 * time, (-1) ** k * 0.002 * time]) for k in range(2)]
-    touches = [shape * (1 + spread * rng.normal()) for shape in shapes for _ in range(n_each)]
-    return touches, [
-        label for label in (("a", 0.5, 0.1), ("b", 0.5, 0.1)) for _ in range(n_each)
-    ]
-
-
-def test_several_touches_of_a_class_give_its_mean_and_spread():
-    touches, labels = make_touches(spread=0.1, n_each=5)
-    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=0, lag_step=1).fit(
-        touches, labels
-    )
-    cut = np.array([decoder._cut(touch) for touch in touches[:5]])
-    np.testing.assert_allclose(decoder.expected_[0], cut.mean(axis=0))
-    variance = cut.var(axis=0) + (0.05 * np.abs(cut.mean(axis=0)).max()) ** 2 + 0.004**2
-    np.testing.assert_allclose(decoder.weight_[0], 1 / (2 * variance * 20.0))
-    np.testing.assert_allclose(decoder.constant_[0], -0.5 * np.log(variance).sum(axis=0) / 20.0)
-
-
 @pytest.mark.parametrize(("since", "known"), [(-1, False), (0, True), (5, True)])
 def test_a_touch_is_decided_from_its_first_sample_of_contact_on(monkeypatch, since, known):
     decoder = StreamDecoder()

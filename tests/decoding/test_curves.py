@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
 
-from feeler.decoding import curves as curves_module
 from feeler.decoding.curves import (
     Curve,
     Group,
@@ -67,41 +66,6 @@ def test_every_group_has_every_curve(curves):
         assert list(curves.find(kind, n_copies=3)) == ["strong", "weak"]
     assert list(curves.find("sparse", when="before", n_copies=4)) == ["strong", "weak"]
     assert set(curves.baselines) == {"strong", "weak"}
-
-
-def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strongest_group(
-    monkeypatch,
-):
-    """A tensor is noisy as a whole, a code vector by vector; common noise is a share of the
-    greatest peak of all groups.
-    """
-    groups, seen = {"weak": make_group(0.1), "strong": make_group(1.0)}, []
-
-    def record(codes, labels, *, noise, **_):
-        seen.append((codes, noise))
-        return None
-
-    monkeypatch.setattr(curves_module, "compute_sweep", record)
-    for kind in ("sparse", "raw"):
-        peak = max(np.abs(group.codes[kind]).max() for group in groups.values())
-        seen.clear()
-        codes = {name: group.codes[kind] for name, group in groups.items()}
-        for model in ("relative", "common"):
-            curves_module._sweep_kind(codes, np.arange(8), kind, model, peak, PLAN, 0, None)
-        assert {noise.each for _, noise in seen if hasattr(noise, "each")} == {
-            "tensor" if kind == "raw" else "vector"
-        }
-        assert {noise.reference for _, noise in seen if hasattr(noise, "reference")} == {peak}
-    given = []
-    monkeypatch.setattr(
-        curves_module,
-        "_sweep_kind",
-        lambda codes, _, kind, __, peak, *___: given.append((kind, peak)) or {},
-    )
-    monkeypatch.setattr(curves_module, "_compute_baseline", lambda *_: None)
-    compute_curves(groups, replace(PLAN, before_repeats=0), kinds=("raw", "sparse"))
-    for kind, peak in given:
-        assert peak == max(np.abs(group.codes[kind]).max() for group in groups.values()), kind
 
 
 def test_any_reader_reads_the_codes(curves):

@@ -295,27 +295,6 @@ def test_bits_are_the_mean_logarithm_of_what_was_believed():
         measure_reader(Sure(), np.zeros((3, 2, 2)), ["a", "b", "c"])
 
 
-def test_a_sweep_takes_any_reader_by_name_and_none_beats_the_ideal_one():
-    tensors, _ = make_touches(n_each=2)
-    labels = np.arange(6)
-    few = {"ratios": (0.3, 0.8), "n_copies": 6, "n_repeats": 2, "noise": Relative()}
-    found = {
-        name: compute_sweep(tensors[:, :, ::4], labels, estimator=reader, **few).noisy.mean(
-            axis=1
-        )
-        for name, reader in {
-            "ideal": "ideal",
-            "lda": make_lda(3),
-            "svm": READERS["svm"](3),
-        }.items()
-    }
-    assert (found["ideal"] >= np.maximum(found["lda"], found["svm"]) - 0.05).all()
-    exact = compute_information(
-        tensors[:, :, ::4], Relative(0.8).sd(tensors[:, :, ::4]).ravel(), n_draws=400
-    )
-    assert found["ideal"][1] == pytest.approx(exact.accuracy, abs=0.2)
-
-
 def test_a_touch_without_contact_is_wrong_in_a_sweep():
     tensors, labels = make_touches()
     tensors[:2] = 0

@@ -158,27 +158,6 @@ def test_a_shifted_tensor_has_a_shifted_code(fitted, code, shift):
     )
 
 
-@pytest.mark.parametrize("code", CODES)
-def test_a_scaled_tensor_has_a_scaled_code(touches, fitted, code):
-    np.testing.assert_allclose(
-        fitted.transform(64 * touches, code=code),
-        64 * fitted.transform(touches, code=code),
-        rtol=1e-9,
-        atol=1e-9,
-    )
-
-
-def test_code_of_a_scaled_data_set_after_a_new_fit(touches):
-    first, second = (
-        ConvolutiveNMF(2, 9, random_state=3, tol=1e-2).fit(k * touches) for k in (1.0, 1e-4)
-    )
-    np.testing.assert_allclose(
-        1e-4 * first.inverse_transform(first.activations_),
-        second.inverse_transform(second.activations_),
-        atol=1e-9,
-    )
-
-
 def test_ridge_code_does_not_depend_on_where_it_starts_and_moves_little(touches, fitted):
     """Strict convexity: half the tensor's change bounds the code's; and the optimality conditions
     hold.

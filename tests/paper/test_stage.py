@@ -12,24 +12,6 @@ def make_stage(make):
     return Stage(name="antenna", title="t", make=make)
 
 
-def test_second_run_comes_from_the_cache(tmp_path):
-    calls = []
-    stage = make_stage(lambda context, section: (calls.append(1), section.values.update(a=1.0)))
-    first, second = (run_stage(stage, Context(out=tmp_path)) for _ in range(2))
-    assert len(calls) == 1
-    assert second.cached
-    assert second.values == first.values == {"a": 1.0}
-    assert 0 <= first.seconds == second.seconds < 60
-
-
-def test_fresh_ignores_the_cache(tmp_path):
-    calls = []
-    stage = make_stage(lambda context, section: calls.append(1))
-    run_stage(stage, Context(out=tmp_path))
-    run_stage(stage, Context(out=tmp_path, fresh=True))
-    assert len(calls) == 2
-
-
 @pytest.mark.parametrize(
     "change", [{"seed": 1}, {"scale": "smoke"}, {"timestep": 0.01}, {"engine": "mujoco"}]
 )

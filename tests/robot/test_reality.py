@@ -143,12 +143,3 @@ def test_a_recording_without_contact_says_so(classifier):
     rng = np.random.default_rng(0)
     still = Recording(time=np.arange(800.0), values=rng.normal(0, 0.002, (8, 800)))
     assert classifier.predict(align_recordings([still]))[0][0] == "no contact"
-
-
-@pytest.mark.slow
-def test_transfer_falls_with_the_gap(classifier):
-    shares = [
-        measure_transfer(classifier, touch_robots(draw_robots(s, 10, seed=1))).share()[0]
-        for s in (0, 1, 3)
-    ]
-    assert shares[0] > shares[1] > shares[2]

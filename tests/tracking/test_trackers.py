@@ -290,15 +290,6 @@ def test_a_plane_is_the_two_axes_that_it_names(plane, axes):
     np.testing.assert_array_equal(found.position, position[:, :, axes])
 
 
-def test_the_ends_of_what_may_be_asked_for_may_be_asked_for():
-    slow = load_tracks(DATA / "DLC_one.csv", frame_rate=0.5)
-    assert slow.interval == 2000.0
-    assert (
-        load_tracks(DATA / "DLC_one.csv", frame_rate=30, min_likelihood=1.0).n_frames
-        == slow.n_frames
-    )
-
-
 def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
     write_anipose(tmp_path / "p.csv", *plant(np.random.default_rng(0)))
     with pytest.raises(InvalidInput, match="onto which plane"):
@@ -331,22 +322,6 @@ def test_frames_that_are_left_out_are_gaps():
     assert same is not wide and not notes
     with pytest.raises(InvalidInput, match="Split it where frames are left out"):
         _spread_frames(np.array([0.0, 1e12]), "a.csv", places[:2])
-
-
-def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():
-    """Pieces of 3, 5 and 8 px that turn by 0.4 and by −0.2 rad."""
-    heading, length = np.array([0.1, 0.5, 0.3]), np.array([3.0, 5.0, 8.0])
-    steps = length[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    position = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])[None].repeat(
-        2, axis=0
-    )
-    found = measure_posture(
-        Tracks(position=position, landmarks=tuple("abcd"), interval=10.0), tuple("abcd")
-    )
-    np.testing.assert_allclose(found["curvature"], [[0.4 / 4, -0.2 / 6.5]] * 2)
-    np.testing.assert_allclose(found["piece_length"], length)
-    np.testing.assert_allclose(found["heading"], [heading] * 2)
-    assert found["joint"].values.tolist() == ["b", "c"]
 
 
 @pytest.mark.parametrize("n", [3, 9])

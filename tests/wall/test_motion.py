@@ -19,8 +19,8 @@ from feeler.wall import (
     make_turn,
     slide,
 )
-from feeler.wall.distance import BENDS, FRICTIONS, _fit_distance
-from feeler.wall.following import BODY_LOST, CALIBRATION, LISTENING, SETTLING
+from feeler.wall.distance import _fit_distance
+from feeler.wall.following import BODY_LOST, LISTENING, SETTLING
 
 
 @pytest.mark.further
@@ -188,27 +188,6 @@ def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_r
     error = (run.distance - 12.0) / offset
     np.testing.assert_allclose(error, expected, atol=0.02)
     assert (error.min() < -0.1) == (damping_ratio < 1)
-
-
-def test_choices_of_the_controller_and_of_the_declared_family():
-    """[C]: mm, rad/ms, 1, ms, rad/ms, ms; frictions of the walls that claims about walls are judged
-    over.
-    """
-    usual = Controller()
-    assert (usual.target, usual.frequency, usual.damping_ratio) == (12.0, 0.02, 1.0)
-    assert (usual.delay, usual.max_turn, usual.smoothing) == (10.0, 0.03, 5.0)
-    assert [one["friction"] for one in FRICTIONS] == [0.0, 0.3, 1.0]
-    assert (
-        pytest.approx(np.linspace(25, 5, 20)) == DISTANCES
-        and pytest.approx(np.arange(6, 23)) == CALIBRATION
-    )  # mm
-    hooks = [
-        {"hook_share": 0.25},
-        {"hook_share": 0.5},
-        {"hook_share": 0.5, "tip_heading": 150.0},
-        {"hook_share": 1.0},
-    ]
-    assert list(BENDS) == [*hooks, {"prebend": "rotation"}, {"prebend": "none"}]
 
 
 def test_the_controller_waits_filters_and_has_a_limit():
