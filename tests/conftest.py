@@ -33,7 +33,7 @@ FIRST = (
     "physics/test_accuracy.py",
     "examples/test_examples.py",
     "physics/test_rod.py",
-    "encoding/test_figures.py",
+    "encoding/test_states.py",
     "active/test_observer.py",
     "analysis/test_dispersion.py",
     "physics/test_parity_chain.py",

@@ -1,14 +1,33 @@
 """What stands on an axis is the number that was computed, in the unit that the axis names."""
 
+from itertools import combinations
+
+import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from feeler.plotting.antennas import MovingAntenna, plot_profiles
+from feeler import records as shown
+from feeler.antenna.files import save_antenna
+from feeler.cli.choose import _name_antennas
+from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, plot_profiles
 from feeler.plotting.results import (
+    plot_bases,
     plot_touch_spikes,
+)
+from feeler.plotting.style import (
+    ANTENNA_COLOURS,
+    BASIS_COLOURS,
+    FEATURE_COLOURS,
+    NOISE_COLOURS,
+    PALETTE,
+    PROFILE_COLOURS,
+    pick_colours,
+    set_decades,
+    style,
+    unjoin,
 )
 from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
@@ -134,3 +153,100 @@ def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
         read(mean.lines[0]), np.column_stack([time, rate.sum(axis=0) / 4])
     )
     assert (bar.get_ylabel(), mean.get_ylabel()) == ("angle [°]", "mean rate [Hz]")
+
+
+def test_each_basis_fills_its_place_up_to_its_own_greatest_value_and_no_more():
+    ax = Figure().subplots()
+    short, long = np.full((1, 2, 3), 0.5), np.arange(1.0, 25.0).reshape(2, 2, 6)
+    plot_bases({"short": short, "long": long}, 1.0, ax)
+    (image,) = ax.get_images()
+    mosaic = np.ma.filled(image.get_array(), np.nan)
+    upper, lower = mosaic[:2], mosaic[3:]  # a gap of one row and column between bases
+    assert (
+        np.nansum(upper) == 6 and np.isnan(upper[:, 3:]).all()
+    )  # 2 sensors × 3 lags of 1; no second basis
+    assert np.nanmax(lower[:, :6]) == np.nanmax(lower[:, 7:]) == 1
+    np.testing.assert_array_equal(lower[:, :6], long[0][::-1] / long[0].max())  # tip upwards
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["short", "long"]
+
+
+def test_decades_have_plain_numbers_and_nothing_between():
+    with style():
+        figure = Figure()
+        ax = figure.subplots()
+        ax.plot([0, 1], [1e-3, 1e2])
+        set_decades(ax)
+        figure.draw_without_rendering()
+    assert {"0.001", "0.1", "10"} <= {label.get_text() for label in ax.get_yticklabels()}
+    assert not ax.yaxis.get_minorticklocs().size
+
+
+@pytest.mark.parametrize(("n_points", "joined"), [(2, False), (4, False), (5, True)])
+def test_a_line_joins_five_points_and_more(n_points, joined):
+    figure = Figure()
+    ax = figure.subplots()
+    (marked,) = ax.plot(np.arange(n_points), "o-", label="measured")
+    (fitted,) = ax.plot([0, 1], [0, 1], "--")
+    ax.bar([0, 1], [1, 2], yerr=[0.1, 0.1])
+    ax.errorbar([0, 1], [1, 2], yerr=0.1, fmt="none")
+    legend = ax.legend()
+    unjoin(figure)
+    assert (marked.get_linestyle() == "-") is joined
+    assert (legend.get_lines()[0].get_linestyle() == "-") is joined
+    assert fitted.get_linestyle() == "--"
+
+
+MEANINGS = {
+    "profiles": {*PROFILE_COLOURS.values()},
+    "features": {*FEATURE_COLOURS.values()},
+    "bases": {*BASIS_COLOURS},
+    "noise": {*NOISE_COLOURS.values()},
+    "others": {*PALETTE},
+    "speeds": {to_hex(shade) for shade in mpl.colormaps["viridis"](np.linspace(0, 0.85, 3))},
+    "what is touched": {OBJECT_COLOUR},
+    "the antenna": {*ANTENNA_COLOURS},
+}
+
+
+@pytest.mark.parametrize(("one", "other"), combinations(MEANINGS, 2))
+def test_no_colour_has_two_meanings(one, other):
+    assert not {*map(to_hex, MEANINGS[one])} & {*map(to_hex, MEANINGS[other])}
+
+
+@pytest.mark.parametrize(
+    "names", [("constant", "linear"), ("linear", "exponential", "constant")]
+)
+def test_a_profile_keeps_its_colour_in_any_company(names):
+    assert pick_colours(names) == {name: PROFILE_COLOURS[name] for name in names}
+
+
+def test_the_slower_the_darker_in_any_order():
+    found = pick_colours(["0.6 m/s", "0.06 m/s", "0.3 m/s"])
+    light = [sum(to_rgb(found[name])) for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")]
+    assert light == sorted(light) and len({*light}) == 3
+    words = pick_colours(["fast", "slow", "medium"])
+    assert [words[name] for name in ("slow", "medium", "fast")] == [
+        found[name] for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")
+    ]
+
+
+def test_what_has_no_colour_of_its_own_takes_one_in_turn():
+    names = ["a", "linear", "b", "exponential", "c", "d", "e"]
+    found = pick_colours(names)
+    assert list(found) == names and len({*found.values()}) == len(names)
+    assert found["linear"] == PROFILE_COLOURS["linear"]
+    assert pick_colours(names + names[::-1]) == found  # who is asked for twice has one colour
+    assert pick_colours([]) == {}
+
+
+def test_what_is_touched_has_one_colour_in_pictures_and_in_notebooks():
+    assert shown.OBJECT == OBJECT_COLOUR and ANTENNA_COLOURS[0] == shown.INK
+
+
+@pytest.mark.parametrize("name", [*PROFILE_COLOURS, *FEATURE_COLOURS, "slow", "mine"])
+def test_an_antenna_of_one_s_own_takes_no_colour_that_means_something_else(name, tmp_path):
+    """Not even where its file is called as something that has one."""
+    save_antenna(cockroach(), path := tmp_path / f"{name}.toml")
+    chosen = _name_antennas(["exponential", str(path)])
+    assert [*chosen] == ["exponential", name if name == "mine" else f"{name}.toml"]
+    assert pick_colours(chosen)[[*chosen][1]] in PALETTE

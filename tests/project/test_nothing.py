@@ -76,7 +76,7 @@ ELSEWHERE = (
     "unseen",
     "spikes",
     "space",
-)  # asked in tests/studies and tests/paper/test_front.py
+)  # asked in tests/studies and tests/paper/test_table.py
 SOMETHING = {
     (
         "white",
