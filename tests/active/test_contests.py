@@ -198,14 +198,6 @@ def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison
     assert "undefined" not in str(section.blocks) and "–" in str(energy["rows"])
 
 
-def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):
-    measured = make_measured(comparison, [[0.52], [0.9], [0.6]])
-    section = Section(name="active", title="", folder=tmp_path, vector=False)
-    fill_comparison(section, measured, comparison)
-    right = next(block for block in section.blocks if block["kind"] == "table")
-    assert [row[1] for row in right["rows"]] == ["52.0", "90.0", "60.0"]
-
-
 @pytest.mark.long
 def test_the_command_makes_its_page(tmp_path):
     mine = tmp_path / "mine.py"

@@ -172,31 +172,6 @@ def test_turns_are_those_of_the_textbook_s_oscillator(begin, ratio):
     )  # what is left after one whole cycle
 
 
-def test_the_cosine_gives_back_everything_it_was_made_of():
-    time = 5.0 + 0.5 * np.arange(200)
-    t, zeta, omega = time - 5.0, 0.2, 2 * np.pi * 0.0175
-    decay = zeta * omega / np.sqrt(1 - zeta**2)
-    for phase in (-2.0, 0.7, 2.5):
-        found = _fit_damped_cosine(
-            time, 1.5 + 2.0 * np.exp(-decay * t) * np.cos(omega * t + phase), 0.02
-        )
-        got = (found.frequency, found.damping_ratio, found.amplitude, found.phase, found.offset)
-        assert got == pytest.approx((0.0175, zeta, 2.0, phase, 1.5), rel=1e-7)
-        assert found.residual < 1e-8
-
-
-def test_the_residual_is_that_of_numpy_relative_to_the_signal_s_own_spread():
-    wild = np.random.default_rng(0).normal(0.0, 0.05, TIME.size)
-    signal = 7.0 + swing(TIME) + wild
-    found = _fit_damped_cosine(TIME, signal, 0.0175)
-    omega = 2 * np.pi * found.frequency
-    decay = found.damping_ratio * omega / np.sqrt(1 - found.damping_ratio**2)
-    fitted = found.offset + found.amplitude * np.exp(-decay * TIME) * np.cos(
-        omega * TIME + found.phase
-    )
-    assert found.residual == pytest.approx(np.std(signal - fitted) / np.std(signal), rel=1e-6)
-
-
 @given(st.lists(st.integers(-9, 9), min_size=5, max_size=30))
 def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(values):
     signal = np.array(values, dtype=float)

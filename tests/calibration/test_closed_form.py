@@ -19,7 +19,6 @@ from feeler.calibration import (
     search,
     walk_sloppy_direction,
 )
-from feeler.calibration.fitting import _decompose
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.problem import FAILED, Measured
 from feeler.errors import InvalidInput
@@ -131,18 +130,6 @@ def test_of_several_searches_the_one_of_least_error_is_the_fit(problem, order):
     assert (
         found.error == min(m.error for m in found.minima) < max(m.error for m in found.minima)
     )
-
-
-def test_a_jacobian_is_told_in_typical_changes(problem):
-    """Of a tilted family: the first hinge's logarithms move by −½ per tilt, and a typical tilt is
-    2.
-    """
-    tilted = replace(problem, hinges=make_hinges("tilt", make_small()))
-    expected = np.array([[-0.5, 0.0, 0.5, 0.0], [0.5, -1.0, -0.5, 1.0]])
-    found = analyse_directions(tilted, np.array([1.0, 1.0, 0.0, 0.0]), step=1e-3)
-    np.testing.assert_allclose(found.jacobian, expected, atol=1e-5)
-    told = _decompose(tilted.hinges.names, np.ones(4), expected)
-    np.testing.assert_allclose(told.jacobian, expected)
 
 
 def test_one_target_without_spread_leaves_the_others_to_draw_from(problem):

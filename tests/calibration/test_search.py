@@ -80,13 +80,6 @@ def test_engines_measure_the_same():
     np.testing.assert_allclose(chain, mujoco, rtol=1e-6)
 
 
-def test_measuring_together_is_measuring_alone(targets):
-    antennas = [make_small(k, 1.0) for k in (0.5, 1.0, 2.0)]
-    together = Protocol().measure_many(antennas, NAMES)
-    for antenna, one in zip(antennas, together, strict=True):
-        np.testing.assert_array_equal(one.values, Protocol().measure(antenna, NAMES).values)
-
-
 def test_a_cylinder_that_still_pushes_at_the_end_is_run_for_longer(monkeypatch):
     names, found = ("ratio_71", "ratio_86"), []
     for first in (0.02, 0.6):

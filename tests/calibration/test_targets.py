@@ -182,20 +182,6 @@ def test_a_family_s_numbers_are_searched_each_in_its_own_way():
         make_family(low=np.array([0.0, -0.4]))
 
 
-def test_times_and_frames_become_milliseconds_since_the_first(tmp_path):
-    rows = "\n".join(f"{4 + k},{v:.6g},{2 * v:.6g}" for k, v in enumerate(swing(20, 3.0)))
-    for column, how, step in (("frame", {"frame_rate": 400.0}, 2.5), ("time_s", {}, 1000.0)):
-        (tmp_path / "t.csv").write_text(f"{column},x,y@0.5\n{rows}\n")
-        traces = recording.load_traces(tmp_path / "t.csv", **how)
-        np.testing.assert_allclose(traces.time[:3], [0.0, step, 2 * step])
-        assert traces.names == ("x", "y@0.5") and traces.source == "recorded"
-        np.testing.assert_allclose(
-            traces.displacement[1], 2 * traces.displacement[0], rtol=1e-5
-        )
-    with pytest.raises(InvalidInput, match="a frame rate is for a column called frame"):
-        recording.load_traces(tmp_path / "t.csv", frame_rate=30.0)
-
-
 def test_a_release_is_the_last_held_sample_of_either_sign_and_rest_is_the_end_s():
     fall = np.concatenate([np.full(9, 5.0), 5.0 * np.exp(-np.arange(1, 60) / 4)])
     for sign, level in ((1, 0.0), (-1, 12.0)):

@@ -16,7 +16,7 @@ from feeler.antenna.files import load_antenna
 from feeler.calibration import fit_traces, load_traces
 from feeler.cli import app as door
 from feeler.cli.app import app
-from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, _say_in_shell, list_options
+from feeler.cli.options import _say_in_shell, list_options
 from feeler.errors import MissingDependencyError
 from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_validity_warnings
 from feeler.presets import PRESETS, cockroach
@@ -32,18 +32,6 @@ def list_verbs(group=GROUP, before=""):
             yield from list_verbs(verb, f"{name} ")
         else:
             yield before + name, verb
-
-
-@pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
-def test_verbs_with_many_options_show_five_first(name, verb):
-    options = [p.name for p in verb.params if p.param_type_name == "option"]
-    assert set(_SHOWN_FIRST.get(name, ())) <= set(options)
-    shown = CliRunner().invoke(door.app, [*name.split(), "--help"]).output
-    many = len(options) >= _MANY_OPTIONS + 1
-    assert (len(_SHOWN_FIRST.get(name, ())) == 5) >= many
-    assert ("Options that matter first" in shown) == ("More options" in shown) >= many
-    for param in verb.params:
-        assert param.param_type_name == "argument" or shown.count(f"{param.opts[0]} ") >= 1
 
 
 @pytest.mark.parametrize(

@@ -281,21 +281,6 @@ def test_lines_of_samples(line, time, values):
     np.testing.assert_array_equal(got, values)
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("1,2", "got 2 in"),
-        ("1,2,3,4,5", "got 5 in"),
-        ("1,2,x", "must be numbers"),
-        ("1,2,1_0", "must be numbers"),
-        ("9" * 5000, "no sample"),
-    ],
-)
-def test_bad_lines(line, message):
-    with pytest.raises(InvalidInput, match=message):
-        _parse_sample(line, 3)
-
-
 def test_header_notes_and_blank_lines_are_passed_over():
     lines = ["# robot: A\n", "time_ms,hinge1_rad,hinge2_rad\n", "\n", "0,1,2\n", b"1,3,nan\n"]
     samples = list(read_samples(lines, 2))

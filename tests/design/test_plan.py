@@ -22,7 +22,6 @@ from feeler.design.search import (
     Constraints,
     DesignProblem,
     Space,
-    _check_task,
     optimise,
 )
 from feeler.errors import InvalidInput
@@ -316,19 +315,3 @@ def test_an_objective_of_one_s_own_is_made_small_within_the_constraints():
     assert problem.look(np.array([0.3])).x == [0.3] and problem.evaluations == 42
     with pytest.raises(InvalidInput, match="peak_angle is known of touches"):
         optimise(task, space, Constraints(peak_angle=0.2), objective=miss)
-
-
-@pytest.mark.parametrize(
-    ("bits", "errors", "words"),
-    [
-        (-6.9, 0.4, "raise train .now 4 of each class.; the noise is not the cause"),
-        (0.01, 0.74, "Lower the noise"),
-        (1.999, 0.0, "Raise the noise"),
-    ],
-)
-def test_advice_names_the_cause(bits, errors, words):
-    task = DesignTask(
-        objects=(Ball(radius=1.5), Ball(radius=3.0)), locations=(0.5, 0.8), train=4
-    )
-    with pytest.raises(InvalidInput, match=words):
-        _check_task(SimpleNamespace(bits=bits, errors=errors), task)

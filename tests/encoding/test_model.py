@@ -102,22 +102,6 @@ def test_one_lag_without_sparseness_is_scikit_learns_nmf():
     assert ours.reconstruction_err_ == pytest.approx(theirs.reconstruction_err_, rel=1e-8)
 
 
-@pytest.mark.parametrize("code", CODES)
-def test_the_same_tensor_has_the_same_code_whatever_its_neighbours_and_threads(
-    touches, fitted, code
-):
-    alone = fitted.transform(touches[4:5], code=code)[0]
-    crowd = np.concatenate(
-        [touches[:7], 3 * touches[4:5], np.zeros((1, 14, 90)), touches[4:5], touches]
-    )
-    for n_jobs in (1, 3):
-        codes = clone(fitted).set_params(n_jobs=n_jobs)
-        codes.components_, codes.n_sensors_in_ = fitted.components_, 14
-        codes = codes.transform(crowd, code=code)
-        for place in (4, 9, 14):
-            np.testing.assert_array_equal(codes[place], alone)
-
-
 def test_jointly_found_activations_of_identical_tensors_need_not_agree(touches):
     """The reason why transform exists: in one fit, two copies of a tensor may end at different
     activations.

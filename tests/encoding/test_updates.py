@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from feeler.encoding import reconstruct
-from feeler.encoding.code import MOST_PIVOTS, _solve_nonnegative
 from feeler.encoding.convolution import (
     compute_activation_gram,
     compute_basis_gram,
@@ -107,23 +106,6 @@ def test_projected_step_equals_the_obvious_one(joint):
         rows = [moved.ravel()] if joint else list(moved)
         expected[:, m] = np.reshape([project_to_sparseness(row, 0.6) for row in rows], (3, 25))
     np.testing.assert_allclose(activations, expected, atol=1e-12)
-
-
-def test_pivoting_finds_the_nonnegative_least_squares():
-    from scipy.optimize import nnls
-
-    rng = np.random.default_rng(2)
-    tensors, bases = rng.random((2, 6, 20)), rng.random((2, 6, 4))
-    design = np.stack(
-        [loop_reconstruct(bases, unit.reshape(1, 2, 20)).ravel() for unit in np.eye(40)], axis=1
-    )
-    activations = np.zeros((2, 2, 20))
-    assert (
-        _solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations)
-        < MOST_PIVOTS
-    )
-    for code, tensor in zip(activations, tensors, strict=True):
-        np.testing.assert_allclose(code.ravel(), nnls(design, tensor.ravel())[0], atol=1e-8)
 
 
 @pytest.mark.parametrize(("sparseness", "joint"), [(0.7, False), (0.7, True), (None, False)])

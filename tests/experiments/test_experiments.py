@@ -1,19 +1,15 @@
 """Laws and closed forms of touch, bend and release, as their users call them."""
 
-import logging
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.integrate import solve_bvp
 
 import feeler
 from feeler import Antenna, Ball, Trial, Wall, presets
 from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.objects import BaseMotion
-from feeler.physics import engine
 from feeler.physics.engine import ENGINES, choose_timestep
 from feeler.physics.simulation import Simulation
 from feeler.tensors import validate
@@ -236,23 +232,3 @@ def test_a_recorded_base_begins_where_its_path_does(engine):
     simulation = Simulation(ANTENNA, base=BaseMotion(time=time, pose=pose), engine=engine)
     np.testing.assert_allclose(simulation.base, [1.0, 2.0, 0.3], atol=1e-9)
     np.testing.assert_allclose(simulation.shape()[0], [1.0, 2.0], atol=1e-9)
-
-
-@pytest.mark.parametrize("compiles", [True, False])
-def test_it_says_that_it_compiles_only_where_it_does(monkeypatch, caplog, compiles):
-    monkeypatch.setattr(engine, "_LOADING", 0.01)
-    monkeypatch.setattr(engine, "_known", set())
-    monkeypatch.setattr(engine, "_told", set())
-    work = njit(lambda x: x + 1)
-    if not compiles:
-        work(1.0)
-    with caplog.at_level(logging.WARNING, "feeler"), engine._announce_compiling("planned"):
-        assert work(1.0) == 2.0
-        time.sleep(0.1)
-    assert [record.getMessage()[:9] for record in caplog.records] == ["compiling"] * compiles
-
-
-def test_a_mesh_of_many_corners_is_one_line():
-    corners = np.random.default_rng(0).normal(size=(1000, 3))
-    assert len(repr(feeler.Mesh(vertices=corners))) < 90
-    assert feeler.Mesh is feeler.objects.Mesh

@@ -1,7 +1,6 @@
 """Results are found again by what they are made of, and by nothing else."""
 
 import re
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,6 @@ from paper import cache
 from paper.cache import hold, keep, list_sources
 from paper.context import Context
 from paper.fig4 import CachedNMF
-from paper.figS4 import _one_thread
 from paper.kept import find_shipped, keep_sections
 from paper.report import OPENING_MOVIE
 from paper.stage import Stage, is_kept, run_stage
@@ -205,20 +203,6 @@ def test_a_result_is_kept_unless_it_is_older_than_a_fresh_run(tmp_path):
     assert is_kept(path, Context(fresh=True, started=made)) and not is_kept(
         path, Context(fresh=True, started=made + 1)
     )
-
-
-def test_the_stage_keeps_pytorch_to_one_thread_also_in_threads_that_begin_there():
-    torch = pytest.importorskip("torch")
-    before, seen = torch.get_num_threads(), []
-    torch.set_num_threads(3)
-    try:
-        with _one_thread(torch):
-            worker = threading.Thread(target=lambda: seen.append(torch.get_num_threads()))
-            worker.start()
-            worker.join()
-        assert (seen, torch.get_num_threads()) == ([1], 3)
-    finally:
-        torch.set_num_threads(before)
 
 
 def show(context, section):

@@ -1,15 +1,11 @@
 """Accuracy by request: what is promised is held against a far finer run."""
 
-from dataclasses import replace
-from threading import Event
-
 import numpy as np
 import pytest
 
 import feeler
 from feeler.errors import InvalidInput
 from feeler.physics import run as accuracy
-from feeler.physics import run as refine
 from feeler.physics.contact import Contact
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, make_scene
@@ -215,33 +211,3 @@ def test_accuracy_or_timestep():
     trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3)
     with pytest.raises(InvalidInput, match="either timestep= or accuracy="):
         feeler.touch(make_stub(), trial, duration=2, timestep=0.05, accuracy=0.01)
-
-
-def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
-    """A sharp corner at 3 m/s, long before which nothing happens."""
-    scene, steps = touch("triangle", 1.0, n=30, contact="even", speed=3.0), []
-    later = replace(
-        scene.objects[0],
-        place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0))),
-    )
-    scene = replace(scene, objects=(later,))
-    step = refine._Pair._step
-    monkeypatch.setattr(
-        refine._Pair,
-        "_step",
-        lambda self, tape, start, stop, level, begin: (
-            steps.append((start, level)) or step(self, tape, start, stop, level, begin)
-        ),
-    )
-    clock = Clock(duration=80.0, timestep=0.1)
-    peaks = refine._compute_peaks(refine.track(scene.antenna, run_scene(scene, clock).angle))
-    found = refine.refine(scene, clock, "chain-consistent", 3e-3, peaks, 5, Event())
-    assert found.error <= 3e-3
-    assert max(level for start, level in steps if start < 50) == 1
-    finest = max(level for _, level in steps)
-    assert (
-        finest > 2 and steps[-1][1] < finest
-    )  # the end needs less again, and is not what is told
-    assert found.timestep == 0.1 / 2**finest
-    truth = run_scene(scene, replace(clock, timestep=found.timestep / 8))
-    assert accuracy.compute_error(scene, found, truth) <= 4.5e-3

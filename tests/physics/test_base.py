@@ -7,11 +7,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from feeler.objects.motion import BaseMotion
-from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Path, Scene
-from feeler.physics.statics import _compute_reaction
 
 from .mesh import run_like_mujoco
 from .scenes import DYNAMIC, compute_kinetic, compute_spring, make_stub, shake, touch
@@ -152,45 +150,6 @@ def test_a_base_spends_what_the_antenna_holds_and_loses(engine):
         1e-3 * found.work[:, 0], held - held[0] + lost, atol=1e-3 * held.max()
     )
     assert lost[-1] > 0.01 * held.max()
-
-
-@pytest.mark.parametrize("damped", [False, True])
-@pytest.mark.parametrize("contact", ["smooth", "hard"])
-def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
-    """From the accelerations that it had, with contacts, gravity and a base that moves and
-    turns.
-    """
-    motion = BaseMotion(velocity=(0.05, -0.02), turn=0.002)
-    scene = replace(
-        touch(n=20, contact=contact),
-        base=(1e-3, 0.0, 0.0),
-        base_motion=motion,
-        gravity=(1e-3, -9.81e-3),
-    )
-    h, touched = 0.02, 0
-    stepper = ChainStepper([scene], h, damped)
-    last = np.array(scene.base_velocity)
-    for k in range(300):
-        before, rate = stepper.read(), (0.05 + 1e-3 * k, -0.02, 0.002 + 1e-5 * k)
-        then = last
-        stepper.step(1, {0: np.array([rate])})
-        after, last, contacts = stepper.read(), np.array(rate), stepper.read_contacts(0)
-        touched += len(contacts) > 0
-        force, moment = _compute_reaction(
-            scene.antenna,
-            before.angle[0],
-            before.velocity[0],
-            (after.velocity - before.velocity)[0] / h,
-            np.array([before.base[0], then, (last - then) / h]),
-            np.asarray(scene.gravity),
-            contacts.point,
-            contacts.force,
-        )
-        np.testing.assert_allclose(
-            after.base_force[0], force, rtol=1e-6, atol=1e-6 * np.hypot(*force)
-        )
-        assert after.base_moment[0] == pytest.approx(moment, rel=1e-6, abs=1e-12)
-    assert touched > 100
 
 
 @pytest.mark.further

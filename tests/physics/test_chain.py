@@ -17,7 +17,7 @@ from feeler.objects.bodies import Object
 from feeler.objects.distance import compute_clearance
 from feeler.physics.chain.fields import B_PULL_X
 from feeler.physics.chain.stepper import ChainStepper
-from feeler.physics.contact import Contact, _compute_invweight, get_contact
+from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.run import advance, run_scene, simulate
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
@@ -309,21 +309,6 @@ def test_the_largest_timestep_is_half_the_contact_s_time_constant(engine):
     get_engine(engine).make([scene], 0.15)
     with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms"):
         get_engine(engine).make([scene], 0.15 * (1 + 1e-6))
-
-
-def test_invweight_is_the_dense_inverse():
-    antenna = uniform(9)
-    s, half = antenna.hinge_position, antenna.segment_length / 2
-    jacobian = np.maximum(s[:, None] + half[:, None] - s[None, :], 0.0) * np.tri(9)
-    dense = (
-        np.einsum(
-            "ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian
-        )
-        / 3
-    )
-    np.testing.assert_allclose(
-        _compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8
-    )
 
 
 @pytest.mark.parametrize("damped", [False, True])

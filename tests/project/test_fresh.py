@@ -7,8 +7,6 @@ import pytest
 from awkward_touches import list_trials
 
 import feeler
-from feeler.decoding import StreamDecoder
-from feeler.errors import InvalidInput
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.scene import make_scene
 
@@ -80,30 +78,6 @@ def ask_space_stepper(engine):
     yield fresh, read_state
 
 
-def ask_stream(_):
-    time = np.arange(120.0)
-    rising, swinging = 0.01 * np.maximum(time - 20, 0), 0.02 * np.sin(time)
-    touches = [np.stack([sign * rising, swinging]) for sign in (1, -1)]
-    decoder = StreamDecoder(window=60, correlation=9.0).fit(touches, ["up", "down"])
-
-    def read(stream):
-        states = [stream.update(sample, 5.0 + k) for k, sample in enumerate(touches[1].T)]
-        states.append(stream.update(touches[1][:, -1], 124.0))  # one too many is let pass
-        return {
-            "posterior": np.array([state.posterior for state in states]),
-            "since": np.array([state.since_contact for state in states]),
-            "surplus": np.array(stream.surplus),
-        }
-
-    used = decoder.start()
-    with pytest.raises(InvalidInput, match="faster"):
-        for k in range(600):
-            used.update(touches[0][:, k % 120], 0.1 * k)
-    used.reset()
-    yield used, read
-    yield decoder.start(), read
-
-
 def ask_sensilla(_):
     spikes = pytest.importorskip("feeler.spikes")
     bending = 0.02 * np.sin(0.3 * np.arange(80))[:, None] * np.array([1.0, -0.7, 0.4])
@@ -133,39 +107,10 @@ def ask_sensilla(_):
     yield make(), read
 
 
-def ask_environment(lanes):
-    pytest.importorskip("gymnasium")
-    from feeler.active import TouchTask
-    from feeler.active.environment import TouchEnv, TouchVectorEnv
-
-    balls = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=2.0)]
-
-    def make():
-        task = TouchTask(features=balls, pool=5, duration=12.0)
-        return TouchVectorEnv(task, 2) if lanes == "lanes" else TouchEnv(task)
-
-    def read(environment, seed=11):
-        observation, _ = environment.reset(seed=seed)
-        rows = [observation]
-        shape = (2, 2) if lanes == "lanes" else (2,)
-        move = np.broadcast_to([0.21, 0.003], shape)
-        action = {"action": move, "prediction": np.zeros(shape)}
-        for _ in range(7):
-            observation, reward, *_ = environment.step(action)
-            rows.append({**observation, "reward": np.array(reward)})
-        return {f"{k} {name}": v for k, row in enumerate(rows) for name, v in row.items()}
-
-    used = make()
-    read(used, seed=3)
-    yield used, read
-    yield make(), read
-
-
 ASKED = [
     *((ask_stepper, engine) for engine in ENGINES),
     *((ask_space_stepper, engine) for engine in ("chain-consistent", "chain", "mujoco")),
-    *((ask, "") for ask in (ask_stream, ask_sensilla)),
-    *((ask_environment, lanes) for lanes in ("lanes", "one")),
+    (ask_sensilla, ""),
 ]
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from feeler.analysis import DampedCosine
 from feeler.antenna import compute_modes
 from feeler.errors import InvalidInput
 from feeler.robot import (
@@ -16,7 +15,7 @@ from feeler.robot import (
     make_robot,
     simulate_release,
 )
-from feeler.robot.fit import _measure_ringing, _solve_factors
+from feeler.robot.fit import _measure_ringing
 
 TIME = np.arange(2000.0)
 
@@ -71,28 +70,6 @@ def test_four_crossings_of_rest_are_two_cycles():
     assert (ringing.frequency, ringing.damping_ratio) == pytest.approx((0.001, 0.1), rel=1e-3)
     with pytest.raises(InvalidInput, match="crosses rest 3 times; at least 4"):
         _measure_ringing(TIME[:1600], _cosine(0.001, 0.1)[:1600])
-
-
-@pytest.mark.parametrize("planted", [(1.0, 1.0), (0.25, 6.0), (9.0, 2.0)])
-def test_factors_in_closed_form_are_those_that_give_the_mode(planted):
-    stiffness, damping = planted
-    theory = make_robot(stiffness_factor=1.0, damping_factor=1.0)
-    mode = compute_modes(
-        theory.replace(
-            stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness
-        ),
-        1,
-    )
-    zeta = mode.damping_ratio[0]
-    target = DampedCosine(
-        frequency=mode.frequency[0] * np.sqrt(1 - zeta**2),
-        damping_ratio=zeta,
-        amplitude=1.0,
-        phase=0.0,
-        offset=0.0,
-        residual=0.0,
-    )
-    np.testing.assert_allclose(_solve_factors(target, theory), planted, rtol=1e-9)
 
 
 def test_uneven_time_is_refused():

@@ -188,14 +188,6 @@ def test_thousands_of_broken_lines_end_no_stream_and_none_becomes_a_sample(frame
     assert link.broken + link.late > 1500 and link.fault
 
 
-def test_a_first_line_that_is_a_number_short_of_its_time_is_not_believed():
-    """The port was opened in mid-line: what is left looks like a sample without, or at, a time."""
-    for torn in (b"505.000,0.5,1.5,2.5\n", b".5,1.5,2.5\n", b"5,1.5,2.5\n"):
-        link = Link(3)
-        found = [time for time, _ in read_samples([torn, *write_plain(5)], 3, link)]
-        assert found == pytest.approx([7e4 + 2.4 * k for k in range(5)]) and link.broken == 1
-
-
 def test_an_empty_cell_is_a_missing_channel_and_moves_no_other():
     for row in (b"%d,,2,3\n", b"%d,nan,2,3\n"):
         for at, values in read_samples([row % k for k in range(5, 9)], 3):

@@ -19,17 +19,14 @@ from feeler.robot import (
     make_touches,
     make_training,
     measure_transfer,
-    reality,
     sweep_shots,
     touch_robots,
 )
 from feeler.robot.reality import _choose_before
-from feeler.robot.touches import _list_lengths, _simulate_pairs, simulate_touches
 from paper import fig6_data
 from paper.fig6_data import (
     _PROFILES,
     compute_comparison,
-    make_profiles,
 )
 
 
@@ -70,40 +67,6 @@ def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
     assert none.correct == {"all": 6, "feature": 6, "location": 6, "speed": 6, "top2": 6}
     wide = measure_transfer(classifier, touch_robots(draw_robots(4.0, 3, seed=0)))
     assert wide.share()[0] < 0.8
-
-
-@pytest.mark.parametrize(("speed", "more"), [(0.27, 0), (0.0135, 1500)])
-def test_a_stream_looks_back_further_where_slower_touches_need_it(monkeypatch, speed, more):
-    asked = {}
-
-    class Decoder:
-        window = 700
-
-        def __init__(self, **options):
-            asked.update(options)
-
-        def fit(self, *_):
-            return self
-
-        temper = fit
-
-    monkeypatch.setattr(reality, "StreamDecoder", Decoder)
-    monkeypatch.setattr(reality, "_simulate", lambda *_: [])
-    reality.make_decoder(trials=make_touches(speeds=(speed,), locations=(0.9,)))
-    lengths = tuple(_list_lengths(make_robot()))
-    assert asked == {"threshold": 0.9, "window": 700 + more, "lengths": lengths}
-
-
-def test_touches_together_equal_touches_alone():
-    trials = [touch for touch, _ in zip(_fast(), range(3), strict=False)]
-    robot = make_robot()
-    stiff = robot.replace(stiffness=1.2 * robot.stiffness)
-    together = _simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
-    alone = [
-        simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)
-    ]
-    for one, other in zip(together, alone, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def _fast():
@@ -151,21 +114,6 @@ def test_a_recording_without_contact_says_so(classifier):
     rng = np.random.default_rng(0)
     still = Recording(time=np.arange(800.0), values=rng.normal(0, 0.002, (8, 800)))
     assert classifier.predict(align_recordings([still]))[0][0] == "no contact"
-
-
-def test_profiles_have_one_compliance_and_one_damping_time():
-    profiles = make_profiles()
-    assert tuple(profiles) == _PROFILES
-    robot = make_robot()
-    for name, antenna in profiles.items():
-        assert np.sum(1 / antenna.stiffness) == pytest.approx(np.sum(1 / robot.stiffness))
-        np.testing.assert_allclose(
-            antenna.damping / antenna.stiffness, robot.damping[0] / robot.stiffness[0]
-        )
-        assert antenna.name == f"robot {name}"
-    assert np.ptp(profiles["constant"].stiffness) == 0
-    exponential = profiles["exponential"].stiffness
-    np.testing.assert_allclose(exponential[1:] / exponential[:-1], 0.1 ** (1 / 7))
 
 
 def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):

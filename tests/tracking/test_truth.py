@@ -276,18 +276,3 @@ def test_tracks_without_a_likelihood_get_none_in_nwb(tmp_path):
     tracks = make(film(2, 100), 100)
     save_poses([tracks], tmp_path / "a.nwb", session_start=datetime.now(UTC), identifier="x")
     assert load_tracks(tmp_path / "a.nwb").likelihood is None
-
-
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_a_single_tip_is_measured_on_its_side(tmp_path, side):
-    path = write(tmp_path / "t.csv", film(2, 100), np.arange(400) / 100)
-    both = json.loads(run(path, "--json"))["trials"][0]
-    said = run(path, "--tips", f"{side}_tip")
-    assert f"{side} °/s (peaks)" in said and "nan" not in said
-    other = "left" if side == "right" else "right"
-    assert other not in said and "mm" not in said
-    one = json.loads(run(path, "--tips", f"{side}_tip", "--json"))
-    k = ("left", "right").index(side)
-    assert one["trials"][0]["mean_peak"][k] == pytest.approx(both["mean_peak"][k])
-    assert one["trials"][0]["mean_peak"][1 - k] is None
-    assert one["length"] is one["lateral_speed"] is None

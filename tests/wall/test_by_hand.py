@@ -163,17 +163,6 @@ def test_a_map_is_fitted_where_the_posture_stands_in_balance_with_its_peak_off_t
     assert np.isnan(found.residual[~found.used]).all()
 
 
-def test_of_two_runs_the_longer_one_counts_and_of_equal_ones_the_first():
-    assert fit([9.0, 8.0, 7.0, 6.0, 5.0, 4.0], [3.0, 2.0, 5.0, 4.0, 3.0, 3.05]).told_apart == (
-        5.0,
-        7.0,
-    )
-    assert fit([9.0, 8.0, 7.0, 6.0], [3.0, 2.0, 2.0, 1.0]).told_apart == (8.0, 9.0)
-    assert fit([9.0, 8.0], [3.0, 2.9], resolution=0.1 + 1e-9).told_apart == pytest.approx(
-        (np.nan, np.nan), nan_ok=True
-    )
-
-
 def test_tracking_errors_by_hand():
     fields = dict.fromkeys(("time", "body"), np.zeros(4)) | {
         "target": 10.0,
