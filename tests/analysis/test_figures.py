@@ -1,20 +1,16 @@
 """Figures 5 and S6, the comparison page and the network's absence, on small planted tensors."""
 
-import re
-
 import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 from sklearn.base import BaseEstimator
 
-from feeler.comparison import compare_antennas, write_comparison
+from feeler.comparison import compare_antennas
 from feeler.decoding import list_groups
 from feeler.decoding.sweeps import Plan
 from feeler.errors import InvalidInput
-from paper import fig5, fig5_data, figS6
-from tests.pages import FOREIGN
+from paper import fig5_data
 
 matplotlib.use("Agg")
 PLAN = Plan(
@@ -68,72 +64,12 @@ def tensors():
     }
 
 
-@pytest.fixture(scope="module")
-def data(tensors):
-    return fig5_data.compute(tensors, SumEncoder(), plan=PLAN)
-
-
-def draw_fig5(data, figure):
-    """With accuracies of each group's own name that fall with the noise."""
-    ratios = (0.0, 0.1, 0.3)
-    traced = {
-        comparison: {str(name): np.array([[0.9, 0.8], [0.4, 0.5]]) for name in groups}
-        for comparison, groups in data.groups.items()
-    }
-    fig5.plot(data, traced, ratios, figure)
-    below = [ax for ax in figure.axes if ax.get_title(loc="left") in ("c", "d")]
-    for ax, groups in zip(below, traced.values(), strict=True):
-        assert len(ax.get_lines()) == len(groups) + 1  # chance
-
-
-def test_accuracies_are_listed_for_every_number_of_copies(data):
-    for comparison, curves in data.curves.items():
-        assert {row[2] for row in fig5._list_copies(comparison, curves)} == {"3", "4"}
-
-
 def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
     listed = list_groups(tensors)
     assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
     assert list(listed["profile"]) == ["exponential", "linear", "constant"]
     labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
     assert len(set(labels)) == 1 and len(labels[0]) == 12
-
-
-@pytest.mark.further
-@pytest.mark.parametrize("plot", [draw_fig5, figS6.plot])
-def test_figures_draw_every_group(data, plot):
-    figure = Figure(figsize=(9, 9))
-    plot(data, figure)
-    written = {
-        t.get_text()
-        for ax in figure.findobj(matplotlib.axes.Axes)
-        for t in ax.findobj(matplotlib.text.Text)
-    }
-    assert {"exponential", "linear", "constant", "0.06 m/s", "0.6 m/s"} <= written
-
-
-@pytest.mark.long
-def test_one_antenna_alone_still_has_its_speeds(tensors):
-    data = fig5_data.compute(
-        {"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine"
-    )
-    assert list(data.curves) == ["speed"]
-    draw_fig5(data, Figure())
-
-
-@pytest.mark.long
-def test_comparison_page_is_whole(tensors, tmp_path):
-    found = compare_antennas(
-        {"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN
-    )
-    page = write_comparison(found, tmp_path / "sub" / "page.html").read_text()
-    assert "&lt;a&gt; against b" in page and "data:image/" in page
-    assert not re.search(FOREIGN, page)  # nothing comes from elsewhere
-    assert all(title.split(" (")[0].split(",")[0] in page for title, *_ in found.list_rows())
-    row = {title: cells for title, *cells in found.list_rows()}
-    assert float(row["accuracy, tensors, common noise (%)"][0]) > float(
-        row["accuracy, tensors, common noise (%)"][1]
-    )
 
 
 def test_antennas_may_have_different_numbers_of_sensors(tensors):

@@ -1,12 +1,11 @@
 """What is said on the command line reaches the functions that do the work, each option its own."""
 
 import importlib
-import json
 import re
 
 import numpy as np
 import pytest
-from awkward_touches import SENSORS, make_antenna, make_set
+from awkward_touches import make_set
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -14,7 +13,6 @@ import feeler
 from feeler.cli.app import app
 from feeler.comparison import EFFORTS
 from feeler.errors import InvalidInput
-from feeler.tensors.formats import save
 
 HEARD = "this is as far as it goes"
 SHAPE = ("--feature", "box", "--size", 2.2, "--location", 0.83, "--speed", 0.37)
@@ -145,44 +143,6 @@ def test_as_much_is_read_as_was_allowed(monkeypatch, tmp_path, verb, place, at):
     monkeypatch.setattr(importlib.import_module(module), name, listen)
     CliRunner().invoke(app, [str(word) for word in words])
     assert told[at].max_bytes == 2**28
-
-
-@pytest.mark.long
-def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
-    """Its own touch is shown, its places are between its sensors, and its rate is the median's."""
-    save(make_set(), tmp_path / "set.nc")
-    words = ("spikes", "--touches", tmp_path / "set.nc", "--show", 2, "--sensors", 4)
-    more = (
-        "--gain",
-        12,
-        "--seed",
-        3,
-        "--order",
-        2,
-        "--refractory",
-        0.4,
-        "--out",
-        tmp_path / "o",
-    )
-    done = CliRunner().invoke(app, [str(word) for word in (*words, *more, "--json")])
-    assert done.exit_code == 0, done.output
-    drawn, known = feeler.load(tmp_path / "o" / "spikes.nc"), json.loads(done.stdout)
-    antenna = make_antenna()
-    ends = antenna.hinge_position[[SENSORS[0] - 1, SENSORS[-1] - 1]] / antenna.length
-    np.testing.assert_allclose(drawn["unit_position"], [*np.linspace(*ends, 4)] * 2)
-    most = drawn["rate"].values.max(axis=(1, 2))
-    assert np.unique(most).size == 3 and known["greatest_rate"] == pytest.approx(
-        np.median(most)
-    )
-    counts = np.isfinite(drawn["spike_time"].values).sum(axis=(1, 2))
-    assert np.unique(counts).size > 1
-    assert known["spikes_per_touch"] == pytest.approx(counts.mean())
-    shown = json.loads((tmp_path / "o" / "spikes.json").read_text())
-    np.testing.assert_allclose(shown["rate"], drawn["rate"].values[2])
-    assert (known["touches"], known["units"], known["gain"]) == (3, 8, 12)
-    page = (tmp_path / "o" / "spikes.html").read_text()
-    assert f"{drawn['feature'].values[2]} at {drawn['location'].values[2]:.2g}" in page
-    assert drawn.attrs["spike_seed"] == 3 and "'order': 2" in drawn.attrs["firing"]
 
 
 @pytest.mark.parametrize("name", ["scene.stl", "scene"])

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
 
-from feeler.decoding import curves as curves_module
 from feeler.decoding.curves import (
     Curve,
     Group,
     PeakEncoder,
+    _repeat_code,
+    compare_twins,
     compute_curves,
+    fit_null,
     make_codes,
+    make_null,
 )
 from feeler.decoding.sweeps import Plan, compute_sweep
 from feeler.errors import InvalidInput
@@ -69,41 +72,6 @@ def test_every_group_has_every_curve(curves):
     assert set(curves.baselines) == {"strong", "weak"}
 
 
-def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strongest_group(
-    monkeypatch,
-):
-    """A tensor is noisy as a whole, a code vector by vector; common noise is a share of the
-    greatest peak of all groups.
-    """
-    groups, seen = {"weak": make_group(0.1), "strong": make_group(1.0)}, []
-
-    def record(codes, labels, *, noise, **_):
-        seen.append((codes, noise))
-        return None
-
-    monkeypatch.setattr(curves_module, "compute_sweep", record)
-    for kind in ("sparse", "raw"):
-        peak = max(np.abs(group.codes[kind]).max() for group in groups.values())
-        seen.clear()
-        codes = {name: group.codes[kind] for name, group in groups.items()}
-        for model in ("relative", "common"):
-            curves_module._sweep_kind(codes, np.arange(8), kind, model, peak, PLAN, 0, None)
-        assert {noise.each for _, noise in seen if hasattr(noise, "each")} == {
-            "tensor" if kind == "raw" else "vector"
-        }
-        assert {noise.reference for _, noise in seen if hasattr(noise, "reference")} == {peak}
-    given = []
-    monkeypatch.setattr(
-        curves_module,
-        "_sweep_kind",
-        lambda codes, _, kind, __, peak, *___: given.append((kind, peak)) or {},
-    )
-    monkeypatch.setattr(curves_module, "_compute_baseline", lambda *_: None)
-    compute_curves(groups, replace(PLAN, before_repeats=0), kinds=("raw", "sparse"))
-    for kind, peak in given:
-        assert peak == max(np.abs(group.codes[kind]).max() for group in groups.values()), kind
-
-
 def test_any_classifier_reads_the_codes(curves):
     plan = replace(PLAN, other_copies=(), n_repeats=1, before_repeats=1)
     groups = {"strong": make_group(1.0), "weak": make_group(0.1)}
@@ -151,3 +119,58 @@ def test_curve_names_what_it_is():
 def test_a_seed_is_a_whole_number_from_0():
     with pytest.raises(InvalidInput, match="random_state must be ≥ 0, got -1"):
         PeakEncoder(random_state=-1)
+
+
+PLAN_NULL = Plan(ratios=(0.05,), n_repeats=2, n_copies=4, null_iter=7)
+TIME = np.arange(60)
+TENSORS = np.exp(-0.5 * ((TIME - np.linspace(10, 50, 8)[:, None]) / 2) ** 2)[:, None, :].repeat(
+    4, axis=1
+)
+
+
+class MarkEncoder(BaseEstimator):
+    """Joint codes are sums over the antenna, with a mark of the trial's place in the set."""
+
+    def __init__(self, mark=0.0, max_iter=3):
+        self.mark, self.max_iter = mark, max_iter
+
+    def fit(self, X):
+        self.n_iter_ = self.max_iter
+        self.activations_ = (
+            X.sum(axis=1, keepdims=True) + self.mark * np.eye(len(X), X.shape[2])[:, None, :]
+        )
+        return self
+
+
+@pytest.mark.parametrize(("mark", "kept"), [(0.0, 1.0), (100.0, 0.0)])
+def test_only_what_belongs_to_the_touch_carries_over_to_its_twin(mark, kept):
+    found = compare_twins(
+        TENSORS, np.arange(8), MarkEncoder(mark), replace(PLAN_NULL, n_repeats=8)
+    )
+    assert found.same.noisy.mean() == 1.0
+    assert found.kept == pytest.approx(kept, abs=0.1)
+
+
+def test_the_null_is_fitted_with_its_own_iterations_and_says_how_it_ended():
+    found = fit_null(TENSORS, MarkEncoder(), PLAN_NULL)
+    assert found.n_iter == 7 and not found.converged
+    assert (found.codes == found.codes[0]).all() and len(found.codes) == len(TENSORS)
+
+
+def test_the_null_is_the_tensor_of_the_median_energy():
+    """Neither the first nor the strongest: energies 9, 1, 25, 4, 16 (of five), and its code by
+    fixed bases with it.
+    """
+    tensors = np.array([3.0, 1.0, 5.0, 2.0, 4.0])[:, None, None] * np.eye(2)
+    np.testing.assert_array_equal(make_null(tensors), np.tile(3 * np.eye(2), (5, 1, 1)))
+    turned = np.roll(tensors, 1, axis=0)
+    np.testing.assert_array_equal(make_null(turned, 2), np.tile(3 * np.eye(2), (2, 1, 1)))
+    group = Group(tensors=turned, labels=np.arange(5), encoder=Doubler(), codes={})
+    np.testing.assert_array_equal(
+        _repeat_code(group, "ridge"), np.tile(6 * np.eye(2), (5, 1, 1))
+    )
+
+
+class Doubler:
+    def transform(self, tensors, *, code):
+        return 2 * tensors

@@ -136,23 +136,6 @@ def make_positive(seed, **labels):
     return made.assign_coords({name: ("trial", [value] * 4) for name, value in labels.items()})
 
 
-@pytest.mark.parametrize("rows", [[0, 1, 2, 3], [1, 2], [3]])
-def test_groups_of_touches_from_the_right_are_those_of_their_mirror_images(rows):
-    sets = {"exponential": make_positive(0), "constant": make_positive(1)}
-    mirrored = {}
-    for name, data in sets.items():
-        sides = np.array(["right" if k in rows else "left" for k in range(4)])
-        sign = xr.where(xr.DataArray(sides, dims="trial") == "right", -1.0, 1.0)
-        mirrored[name] = data.assign(angle=sign * data["angle"]).assign_coords(
-            side=("trial", sides)
-        )
-    expected, found = list_groups(sets), list_groups(mirrored)
-    for kind, groups in expected.items():
-        for name, (array, labels) in groups.items():
-            np.testing.assert_array_equal(found[kind][name][0], array)
-            np.testing.assert_array_equal(found[kind][name][1], labels)
-
-
 @pytest.mark.parametrize("labels", [{"side": ""}, {"azimuth": 180.0}])
 def test_of_an_antenna_touched_on_both_sides_groups_lose_neither(labels):
     """Where no label says which way a trial bends, both ways are kept."""

@@ -235,10 +235,8 @@ def test_jittered_trials_stay_near_and_keep_the_rest():
 
 def test_what_is_not_asked_for_does_not_jitter():
     trials, rng = make_trials(), np.random.default_rng(0)
-    moved, hurried = (
-        Nuisances.only(location=0.02).jitter(trials, rng),
-        Nuisances.only(speed=0.1).jitter(trials, rng),
-    )
+    moved = Nuisances.only(location=0.02).jitter(trials, rng)
+    hurried = Nuisances.only(speed=0.1).jitter(trials, rng)
     assert {t.speed for t in moved} == {0.06} and [t.location for t in moved] != [
         t.location for t in trials
     ]

@@ -1,18 +1,12 @@
 """Accuracy by request: what is promised is held against a far finer run."""
 
-import warnings
-from dataclasses import replace
-from threading import Event
-
 import numpy as np
 import pytest
 
 import feeler
-from feeler.errors import AccuracyWarning, InvalidInput
+from feeler.errors import InvalidInput
 from feeler.physics import run as accuracy
-from feeler.physics import run as refine
 from feeler.physics.contact import Contact
-from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, make_scene
 from feeler.physics.simulation import build_scene
@@ -186,40 +180,6 @@ def test_error_by_hand():
     assert accuracy.compute_error(scene, RuntimeError(), motion) == np.inf
 
 
-def test_peaks_are_how_far_a_run_goes_from_where_it_began():
-    """Of a bent antenna, too, whose tip does not begin at the origin."""
-    angle = np.array([[0.5, -0.2], [0.6, -0.2], [0.5, -0.5]])
-    tip = np.array([[3.0, 40.0], [3.0, 41.0], [1.0, 40.0]])
-    np.testing.assert_allclose(refine._compute_peaks((angle, tip)), [0.3, 2.0])
-
-
-@pytest.fixture
-def still():
-    """A scene, and a run of it."""
-    scene = touch("ball", 1.0, contact="smooth")
-    return scene, run_scene(scene, Clock(duration=2.0, timestep=0.1))
-
-
-def test_of_two_widths_the_narrower_s_error_counts_and_twice_what_they_differ_by(
-    still, monkeypatch
-):
-    (scene, motion), errors = still, iter((1e-3, 4e-3))
-    monkeypatch.setattr(
-        accuracy, "_run_in_time", lambda *_: [replace(motion, error=next(errors))]
-    )
-    monkeypatch.setattr(accuracy, "compute_error", lambda *_: 5e-4)
-    (found,) = accuracy.run_accurately([scene], 2.0, 1.0, "chain-consistent", 0.01)
-    assert found.error == pytest.approx(5e-3)
-
-
-@pytest.mark.parametrize(("apart", "error"), [(1e-4, 3e-3), (1e-3, 5e-3)])
-def test_held_against_a_finer_run_the_greater_error_counts(still, monkeypatch, apart, error):
-    scene, motion = still
-    monkeypatch.setattr(accuracy, "compute_error", lambda *_: apart)
-    found = accuracy._hold_against(scene, replace(motion, error=3e-3), motion)
-    assert found.error == pytest.approx(error)
-
-
 @pytest.mark.parametrize(
     ("contact", "interval", "expected"),
     [
@@ -241,19 +201,6 @@ def test_touch_says_what_it_reached():
     assert tensors["timestep"].attrs["units"] == "ms"
 
 
-def test_a_touch_that_cannot_be_that_accurate_is_warned_of(monkeypatch):
-    monkeypatch.setattr(accuracy, "HALVINGS", 1)
-    trial = feeler.Trial(
-        feature=feeler.Box(half_width=1.0, half_height=1.0), location=0.6, speed=1.5, lead=1.0
-    )
-    with pytest.warns(AccuracyWarning, match="did not reach the accuracy"):
-        tensors = feeler.touch(make_stub(20), [trial], duration=8, accuracy=1e-6, workers=1)
-    assert float(tensors["error"][0]) > 1e-6
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", AccuracyWarning)
-        feeler.touch(make_stub(20), [trial], duration=8, accuracy=0.5)
-
-
 @pytest.mark.parametrize("wanted", [0.0, -1.0, 2.0, float("nan"), "fine"])
 def test_an_accuracy_that_cannot_be_is_refused(wanted):
     with pytest.raises(InvalidInput, match="accuracy"):
@@ -264,49 +211,3 @@ def test_accuracy_or_timestep():
     trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3)
     with pytest.raises(InvalidInput, match="either timestep= or accuracy="):
         feeler.touch(make_stub(), trial, duration=2, timestep=0.05, accuracy=0.01)
-
-
-@pytest.mark.parametrize(
-    "engine",
-    [pytest.param(e, marks=pytest.mark.long) if e.startswith("rod") else e for e in ENGINES],
-)
-def test_two_runs_side_by_side_are_what_they_are_alone(engine):
-    """Windows joined end to end, at one timestep each, give the bits of whole runs."""
-    scene, clock = touch(n=12, contact="smooth", speed=0.6), Clock(duration=13.0, timestep=0.1)
-    coarse, fine = (run_scene(scene, replace(clock, timestep=h), engine) for h in (0.1, 0.05))
-    peaks = refine._compute_peaks(refine.track(scene.antenna, fine.angle))
-    found = refine.refine(scene, clock, engine, 1e3, peaks, 0, Event())
-    assert np.array_equal(found.angle, fine.angle)
-    assert np.array_equal(found.force, fine.force)
-    assert found.error == accuracy.compute_error(scene, coarse, fine) > 0
-    assert found.timestep == 0.05
-
-
-def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
-    """A sharp corner at 3 m/s, long before which nothing happens."""
-    scene, steps = touch("triangle", 1.0, n=30, contact="even", speed=3.0), []
-    later = replace(
-        scene.objects[0],
-        place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0))),
-    )
-    scene = replace(scene, objects=(later,))
-    step = refine._Pair._step
-    monkeypatch.setattr(
-        refine._Pair,
-        "_step",
-        lambda self, tape, start, stop, level, begin: (
-            steps.append((start, level)) or step(self, tape, start, stop, level, begin)
-        ),
-    )
-    clock = Clock(duration=80.0, timestep=0.1)
-    peaks = refine._compute_peaks(refine.track(scene.antenna, run_scene(scene, clock).angle))
-    found = refine.refine(scene, clock, "chain-consistent", 3e-3, peaks, 5, Event())
-    assert found.error <= 3e-3
-    assert max(level for start, level in steps if start < 50) == 1
-    finest = max(level for _, level in steps)
-    assert (
-        finest > 2 and steps[-1][1] < finest
-    )  # the end needs less again, and is not what is told
-    assert found.timestep == 0.1 / 2**finest
-    truth = run_scene(scene, replace(clock, timestep=found.timestep / 8))
-    assert accuracy.compute_error(scene, found, truth) <= 4.5e-3

@@ -9,12 +9,10 @@ from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects import Ball, BaseMotion, Box, Object, Outline, Triangle, Wall
 from feeler.physics.engine import get_engine
-from feeler.physics.rod.stepper import FIRMNESS, RodStepper, _make_rod_lane, _make_rod_model
+from feeler.physics.rod.stepper import RodStepper
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
-from feeler.physics.statics import solve_static
-from feeler.presets import make_preset
 
 ENGINES = ("rod", "rod-inertia")
 STAR = Outline(
@@ -111,18 +109,6 @@ def test_pushed_and_left_alone_it_stands_as_statics_says(feature):
     assert state.base_moment[0] == pytest.approx(-torque[0], abs=3e-8)
 
 
-def test_pushed_by_a_ball_it_stands_as_under_one_force():
-    antenna = uniform()
-    stepper = RodStepper([Scene(antenna=antenna, objects=(push(Ball(radius=0.4)),))], 0.5)
-    stepper.step(20)
-    stepper.move_object(0, 0, (0.0, 0.0), 0.0)
-    assert stepper.settle().balanced
-    state, contact = stepper.read(), stepper.read_contacts(0)
-    assert len(contact) == 1
-    still = solve_static(antenna, tuple(contact.force[0]), float(contact.place[0]))
-    np.testing.assert_allclose(state.angle[0], still, atol=1e-5)
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("feature", SHAPES, ids=lambda feature: feature.kind)
 def test_surfaces_meet_where_the_rounding_says(engine, feature):
@@ -149,40 +135,6 @@ def _measure(point: np.ndarray, part: np.ndarray) -> float:
     return float(
         np.min(np.linalg.norm(point - start - np.clip(share, 0, 1)[:, None] * along, axis=1))
     )
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_right_is_the_mirror_image_of_left(engine):
-    found = []
-    for sign in (1.0, -1.0):
-        item = push(
-            STAR,
-            place=(-0.3 * sign, 7.4),
-            velocity=(0.2 * sign, 0.0),
-            forward=(sign, 0.0),
-            friction=0.5,
-        )
-        simulation = Simulation(uniform(), item, engine=engine, timestep=0.5)
-        simulation.step(10.0)
-        found.append(np.append(simulation.angle, simulation.base_moment) * sign)
-    assert np.abs(found[0]).max() > 0.03
-    np.testing.assert_allclose(found[1], found[0], atol=1e-9)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_base_that_moves_is_an_object_that_moves_the_other_way(engine):
-    moved = Simulation(uniform(), push(friction=0.4), engine=engine, timestep=0.5)
-    moves = Simulation(
-        uniform(),
-        push(velocity=(0.0, 0.0), friction=0.4),
-        engine=engine,
-        timestep=0.5,
-        base=BaseMotion(velocity=(-0.2, 0)),
-    )
-    for simulation in (moved, moves):
-        simulation.step(10.0)
-    assert len(moved.contacts)
-    np.testing.assert_allclose(moves.angle, moved.angle, atol=1e-7)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -225,27 +177,6 @@ def test_work_is_stored_or_lost_in_the_hinges(mover):
     stored = bend_of(antenna, simulation.angle)
     assert stored > 1e-6
     assert 1e-3 * simulation.work.total == pytest.approx(stored + lost, rel=0.03)
-
-
-def test_pieces_are_the_bits_of_one_run_and_a_snapshot_goes_back_to_them():
-    whole, pieces = (
-        Simulation(uniform(), push(friction=0.3), engine="rod-inertia", timestep=0.5)
-        for _ in range(2)
-    )
-    whole.step(12.0)
-    pieces.step(6.0)
-    moment = pieces.snapshot()
-    for _ in range(2):
-        for _ in range(4):
-            pieces.step(1.5)
-        assert pieces.angle.tobytes() == whole.angle.tobytes()
-        assert (
-            pieces.force.tobytes() == whole.force.tobytes()
-            and pieces.work.base == whole.work.base
-        )
-        pieces.move_object(0, velocity=(1.0, 0.0))
-        pieces.step(1.0)
-        pieces.restore(moment)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -295,13 +226,3 @@ def test_the_rounding_that_a_refusal_asks_for_is_enough():
     simulation = Simulation(uniform(8, 1.2), push(box), engine="rod")
     simulation.step(5.0)
     assert len(simulation.contacts)
-
-
-def test_nodes_begin_with_the_rates_of_all_hinges_before_them():
-    """The nodes' velocity is the derivative of the shape, taken numerically."""
-    antenna, rng = make_preset("cricket"), np.random.default_rng(0)
-    angle, rate = rng.normal(0, 0.02, (2, antenna.n_segments))
-    scene = Scene(antenna=antenna, objects=[], angle=angle, velocity=rate)
-    lane = _make_rod_lane(scene, _make_rod_model(scene, FIRMNESS))
-    late, early = antenna.shape(angle + np.array([[1e-5], [-1e-5]]) * rate)
-    np.testing.assert_allclose(lane.velocity, (late - early)[1:] / 2e-5, atol=1e-6)

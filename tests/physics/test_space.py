@@ -12,12 +12,10 @@ from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Peg
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model
-from feeler.physics.contact import _find_invweight
 from feeler.physics.engine import get_engine
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.physics.simulation import Simulation, Simulations
-from feeler.physics.spec import _compile_model
 
 pytestmark = pytest.mark.long
 
@@ -61,12 +59,6 @@ def hit(kind: str, antenna: Antenna, friction: float = 0.7) -> Object:
 
 def compare(scene: Scene, clock: Clock) -> tuple[Motion, Motion]:
     return run_scene(scene, clock, "chain"), run_scene(scene, clock, "mujoco")
-
-
-def test_inverse_weights_are_mujocos():
-    antenna = make(3)
-    weights = _compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
-    np.testing.assert_allclose(_find_invweight(antenna), weights, rtol=1e-11)
 
 
 @pytest.mark.parametrize("planes", [2, 3])
@@ -285,30 +277,6 @@ def _paper(antenna):
 def test_what_works_in_the_plane_only_says_so(verb):
     with pytest.raises(InvalidInput, match=r"works in the plane.*antenna\.flatten\(\)"):
         verb(make(2))
-
-
-def test_planes_are_compared_as_more_sensors():
-    """Groups of touches in space hold one plane's sensors after the other's."""
-    from feeler.decoding.curves import list_groups
-
-    antenna = make(2)
-    sets = {
-        name: feeler.touch(
-            one,
-            [feeler.Trial(feature=Ball(radius=0.7), location=0.6, speed=0.2, azimuth=40.0)] * 2,
-            duration=12.0,
-        )
-        for name, one in (
-            ("one", antenna),
-            ("other", antenna.replace(stiffness=2 * antenna.stiffness)),
-        )
-    }
-    for name, (array, _) in list_groups(sets, reference="one")["profile"].items():
-        angle = sets[name]["angle"]
-        assert array.shape == (2, 2 * angle.sizes["sensor"], angle.sizes["time"])
-        n = angle.sizes["sensor"]
-        peak = max(float(data["angle"].max()) for data in sets.values())
-        np.testing.assert_allclose(array[:, n:], angle.isel(plane=1).clip(min=0) / peak)
 
 
 def test_a_motion_turns_what_stands_turned():

@@ -37,14 +37,6 @@ def draw(tensors):
     return figure.axes[0].images[0], figure.axes[1].get_ylabel()
 
 
-def test_a_touch_is_drawn_as_bending_away_from_the_object(touches):
-    (left, label), (right, other) = map(draw, touches)
-    np.testing.assert_allclose(right.get_array(), left.get_array(), atol=1e-9)
-    np.testing.assert_allclose(right.get_clim(), left.get_clim(), atol=1e-9)
-    assert label == other and "away from the object [1/mm]" in label
-    assert left.get_clim() == (0.0, float(touches[0]["curvature"].max()))
-
-
 def test_an_antenna_touched_on_both_sides_is_drawn_on_both(touches):
     """One touch from each side, one after the other, in a record that says no side."""
     left, right = (one.drop_vars("side") for one in touches)

@@ -15,7 +15,7 @@ import pytest
 import typer
 
 import feeler
-from feeler.errors import AccuracyWarning, InvalidInput
+from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
 from tests.cli._command import run
 from tests.relations import worlds
@@ -218,53 +218,6 @@ def test_a_command_says_what_its_file_holds(words, tmp_path):
     held = feeler.load(tmp_path / file)
     for name, compute in numbers.items():
         assert abs(said[name]) == pytest.approx(float(compute(held)), rel=1e-6), name
-
-
-def draw_touch(seed):
-    """A random sensible touch: segments, taper, stiffness, damping, shape, speed and place."""
-    rng = np.random.default_rng(seed)
-    n, length = int(rng.integers(8, 40)), rng.uniform(15, 60)
-    radius = np.linspace(1, rng.uniform(0.2, 1), n) * rng.uniform(0.1, 0.4)
-    mass = 1.2e-3 * np.pi * radius**2 * length / n
-    stiffness = np.exp(rng.uniform(*np.log([0.05, 2]))) * np.exp(
-        -rng.uniform(0, 6) * np.linspace(0, 1, n)
-    )
-    antenna = worlds.make_antenna(
-        n, length, radius=radius, segment_mass=mass, stiffness=stiffness,
-        damping=stiffness * rng.uniform(0.1, 20),
-    )  # fmt: skip
-    size = rng.uniform(1, 3)
-    shapes = (feeler.Ball(radius=size), feeler.Box(half_width=size, half_height=size),
-              feeler.Triangle(half_width=size))  # fmt: skip
-    trial = feeler.Trial(
-        feature=shapes[rng.integers(3)],
-        location=rng.uniform(0.3, 0.98),
-        speed=float(np.exp(rng.uniform(*np.log([0.03, 2])))),
-        approach=rng.uniform(60, 120),
-        friction=rng.uniform(0, 1),
-        side=("left", "right")[rng.integers(2)],
-    )
-    return antenna, trial
-
-
-SEEDS = [pytest.param(k, marks=pytest.mark.long if k % 20 != 14 else ()) for k in range(200)]
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
-    """Within 5 % of the peak of the same touch at a tenth of the timestep, or named."""
-    antenna, trial = draw_touch(seed)
-    duration = float(round(trial.lead + min(100.0, 25.0 / trial.speed)))
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
-        found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
-        named = any(issubclass(w.category, AccuracyWarning) for w in said)
-        fine = feeler.touch(
-            antenna, trial, duration=duration, all_hinges=True,
-            timestep=found.attrs["timestep"] / 10,
-        )  # fmt: skip
-    off = float(abs(found["angle"] - fine["angle"]).max() / abs(fine["angle"]).max())
-    assert off <= 0.05 or named, f"off by {100 * off:.1f} % of the peak without a word"
 
 
 ASKED = {"touch", "spikes", "tracks", "calibrate", "wall", "validate"}

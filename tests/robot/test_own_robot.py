@@ -4,9 +4,7 @@ they are.
 
 import json
 import re
-import threading
-from dataclasses import replace
-from time import monotonic, sleep
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -18,7 +16,6 @@ from feeler.errors import InvalidInput
 from feeler.objects import load_objects
 from feeler.robot import (
     PARTS,
-    Gap,
     compute_tip,
     draw_robots,
     fit_factors,
@@ -35,7 +32,6 @@ from feeler.robot import (
 )
 from feeler.robot.classify import judge_recording
 from feeler.robot.fit import make_posture
-from feeler.robot.reality import _keep_parts
 from feeler.robot.recordings import Recording
 from feeler.robot.stream import read_samples
 
@@ -298,17 +294,6 @@ def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypat
     )
 
 
-def test_a_part_keeps_its_entries_and_no_other():
-    kept = _keep_parts(PARTS["play"])
-    assert kept == replace(Gap().scaled(0), play=Gap().play)
-    assert _keep_parts(PARTS["everything"]) == Gap()
-    assert sorted(PARTS["everything"]) == sorted(
-        PARTS["all mechanics"] + PARTS["all of the touch"] + PARTS["all sensing"]
-    )
-    with pytest.raises(InvalidInput, match="a gap has no entry 'colour'"):
-        _keep_parts(("colour",))
-
-
 def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(tmp_path):
     time = np.arange(0.0, 200.0)
     values = np.outer(np.arange(1, 9), np.sin(np.arange(200) / 9)) / 4
@@ -321,23 +306,6 @@ def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(t
     np.testing.assert_allclose(
         np.transpose([one for _, one in samples]), values, rtol=1e-4, atol=1e-4
     )
-
-
-def test_a_replay_at_twice_the_speed_waits_half_as_long(monkeypatch, tmp_path):
-    one = Recording(
-        time=np.array([0.0, 100.0, 300.0]), values=np.ones((8, 3)), quantity="angle"
-    )
-    save_recording(one, tmp_path / "r.csv")
-    waits = []
-    mine = threading.get_ident()
-
-    def wait(seconds):  # workers of other tests may be looked after by threads that sleep, too
-        (waits.append if threading.get_ident() == mine else sleep)(seconds)
-
-    monkeypatch.setattr("time.sleep", wait)
-    monkeypatch.setattr("time.monotonic", lambda: 5.0)
-    assert run("robot", "replay", tmp_path / "r.csv", "--speed", 2).exit_code == 0
-    np.testing.assert_allclose(waits, [0.05, 0.15])
 
 
 def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):

@@ -5,6 +5,8 @@ training.
 import numpy as np
 import pytest
 
+from feeler.analysis import compute_dispersion
+from feeler.decoding import Relative, compute_sweep
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
 from feeler.robot import (
@@ -17,12 +19,15 @@ from feeler.robot import (
     make_touches,
     make_training,
     measure_transfer,
-    reality,
     sweep_shots,
     touch_robots,
 )
 from feeler.robot.reality import _choose_before
-from feeler.robot.touches import _list_lengths, _simulate_pairs, simulate_touches
+from paper import fig6_data
+from paper.fig6_data import (
+    _PROFILES,
+    compute_comparison,
+)
 
 
 @pytest.fixture(scope="module")
@@ -62,40 +67,6 @@ def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
     assert none.correct == {"all": 6, "feature": 6, "location": 6, "speed": 6, "top2": 6}
     wide = measure_transfer(classifier, touch_robots(draw_robots(4.0, 3, seed=0)))
     assert wide.share()[0] < 0.8
-
-
-@pytest.mark.parametrize(("speed", "more"), [(0.27, 0), (0.0135, 1500)])
-def test_a_stream_looks_back_further_where_slower_touches_need_it(monkeypatch, speed, more):
-    asked = {}
-
-    class Decoder:
-        window = 700
-
-        def __init__(self, **options):
-            asked.update(options)
-
-        def fit(self, *_):
-            return self
-
-        temper = fit
-
-    monkeypatch.setattr(reality, "StreamDecoder", Decoder)
-    monkeypatch.setattr(reality, "_simulate", lambda *_: [])
-    reality.make_decoder(trials=make_touches(speeds=(speed,), locations=(0.9,)))
-    lengths = tuple(_list_lengths(make_robot()))
-    assert asked == {"threshold": 0.9, "window": 700 + more, "lengths": lengths}
-
-
-def test_touches_together_equal_touches_alone():
-    trials = [touch for touch, _ in zip(_fast(), range(3), strict=False)]
-    robot = make_robot()
-    stiff = robot.replace(stiffness=1.2 * robot.stiffness)
-    together = _simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
-    alone = [
-        simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)
-    ]
-    for one, other in zip(together, alone, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def _fast():
@@ -145,10 +116,37 @@ def test_a_recording_without_contact_says_so(classifier):
     assert classifier.predict(align_recordings([still]))[0][0] == "no contact"
 
 
-@pytest.mark.slow
-def test_transfer_falls_with_the_gap(classifier):
-    shares = [
-        measure_transfer(classifier, touch_robots(draw_robots(s, 10, seed=1))).share()[0]
-        for s in (0, 1, 3)
-    ]
-    assert shares[0] > shares[1] > shares[2]
+def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
+    """Random tensors in the place of touches: those of the linear profile and the slow speed are
+    the robot's own.
+    """
+    planted = {}
+
+    def touch(antenna, speed, engine):
+        assert engine == "mujoco"
+        rng = np.random.default_rng(len(planted))
+        alike = 5 + 0.8 * rng.random((10, 8, 30))  # so that noise hides some
+        planted[antenna.name, speed] = alike * (1 + len(planted))
+        return planted[antenna.name, speed]
+
+    monkeypatch.setattr(fig6_data, "touch_robot", touch)
+    found = compute_comparison(engine="mujoco", n_repeats=2, random_state=3)
+    groups = {f"{v:g} m/s": planted["robot linear", v] for v in (0.27, 0.135, 0.027)}
+    slow = {name: planted[f"robot {name}", 0.027] for name in _PROFILES}
+    assert len(planted) == 5
+    classes = [f"{trial.name} {trial.location:g}" for trial in make_touches()[:10]]
+    for measured, expected in ((found["speed"], groups), (found["profile"], slow)):
+        assert list(measured) == list(expected)
+        names = np.repeat(list(expected), 10)
+        dispersion = compute_dispersion(np.concatenate(list(expected.values())), list(names))
+        for name, tensors in expected.items():
+            noise = Relative(each="tensor")
+            sweep = compute_sweep(
+                tensors, classes, ratios=(0.2,), n_repeats=2, noise=noise, random_state=3
+            )
+            assert measured[name]["accuracy"] == pytest.approx(sweep.noisy.mean())
+            assert (
+                sweep.noisy.mean() < sweep.clean.mean() - 0.1
+            )  # that of noisy copies, no other
+            for index in ("pearson", "ssim", "mse", "nmi"):
+                assert measured[name][index] == dispersion.average[index][name]

@@ -36,34 +36,6 @@ def test_the_ideal_observer_is_bayes_rule():
     )
 
 
-def make_sparse(classifier_is_ideal):
-    """Trains of few spikes, one without any, and what was learned; of one train alone most units
-    are silent most of the time.
-    """
-    rng = np.random.default_rng(3)
-    rates = rng.gamma(1.0, 20.0, (3, 1, 1)) * np.exp(-np.arange(40.0) / 15)
-    rates = np.concatenate([rates, rates[::-1, :, ::-1]], axis=1)
-    labels = np.repeat(list("abc"), 12)
-    drawn = rng.poisson(np.repeat(rates, 12, axis=0) * 1e-3 * 5)
-    met = np.concatenate([rng.poisson(rates * 5e-3), np.zeros((1, 2, 40), dtype=int)])
-    return (rates, list("abc"), met) if classifier_is_ideal else (drawn, labels, met)
-
-
-@pytest.mark.parametrize("name", ["ideal", "ideal, floor", *SPIKE_CODES])
-def test_a_train_alone_is_read_as_among_others(name):
-    known, labels, met = make_sparse(name.startswith("ideal"))
-    if name.startswith("ideal"):
-        classifier = PoissonObserver(step=5.0, floor=2.0 * name.endswith("floor"))
-    else:
-        classifier = SpikeClassifier(name, width=3, n_components=3)
-    classifier.fit(known, labels)
-    together = np.asarray(classifier.predict_proba(met))
-    assert np.ptp(together, axis=0).max() > 0.01
-    for k in range(len(met)):
-        alone = np.asarray(classifier.predict_proba(met[k : k + 1]))
-        np.testing.assert_allclose(alone, together[k : k + 1], rtol=1e-9, atol=1e-12)
-
-
 def test_silence_speaks_for_the_touch_of_fewer_spikes():
     """Of p(no spike | c) = exp(−Σ r_c Δt), by hand."""
     rates = np.array([[[100.0, 300.0]], [[20.0, 30.0]]])

@@ -14,7 +14,7 @@ from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.progress import ProgressBar
 from feeler.tensors import make_tensors
-from feeler.tensors.formats import load, save
+from feeler.tensors.formats import save
 from feeler.tensors.models import Model, save_model
 
 
@@ -95,23 +95,6 @@ def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensor
     assert "no such file" in result.output
 
 
-@pytest.mark.long
-def test_convert_keeps_everything(tmp_path, tensors):
-    save(tensors, tmp_path / "set.zarr")
-    assert call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exit_code == 0
-    start = ["--session-start", "2026-01-31T10:00:00+01:00", "--identifier", "x"]
-    assert call("convert", tmp_path / "set.mat", tmp_path / "set.nwb", *start).exit_code == 0
-    got = load(tmp_path / "set.nwb")
-    xr.testing.assert_identical(got.drop_attrs(), tensors.drop_attrs())
-    assert tensors.attrs.items() <= got.attrs.items()
-    assert isinstance(
-        call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exception, InvalidInput
-    )
-    assert isinstance(
-        call("convert", tmp_path / "set.zarr", tmp_path / "b.odt").exception, InvalidInput
-    )
-
-
 class Terminal(io.StringIO):
     def isatty(self):
         return True
@@ -139,17 +122,6 @@ def test_progress_is_quiet_without_a_terminal_and_json_on_request():
         progress(1, 2)
         progress(2, 2)
     assert "touches" in screen.getvalue() and "2/2" in screen.getvalue()
-
-
-def test_info_says_whole_numbers_whole_and_lists_in_the_file_s_order(tmp_path, tensors):
-    """Base to tip, as the lengths stand in the file."""
-    long = tensors.assign_coords(
-        segment_length=("sensor", [20.0, 3.0, 12.5], {"units": "mm"}),
-        seed=("trial", [3767050000, 803260001]),
-    )
-    save(long, tmp_path / "set.nc")
-    out = " ".join(call("info", tmp_path / "set.nc").output.split())
-    assert "segment_length 20, 3, 12.5 [mm]" in out and "seed 3767050000, 803260001" in out
 
 
 def test_what_tracks_writes_of_a_posture_is_valid_as_it_is(tmp_path):

@@ -25,7 +25,7 @@ from feeler.tensors.formats import (
     save,
 )
 from feeler.tensors.models import Model, load_model, save_model
-from feeler.tensors.writers import REQUIRED, complete
+from feeler.tensors.writers import complete
 
 from ._sets import judge, make_set, make_trial
 
@@ -58,34 +58,6 @@ def test_one_tensor_comes_back_identical_from_csv(tmp_path, whole, variable):
     save(whole, tmp_path / "one.csv", variable=variable, trial=3)
     expected = complete(whole)[[variable]].isel(trial=[3])
     xr.testing.assert_identical(load(tmp_path / "one.csv"), expected)
-
-
-def test_every_file_carries_what_must_travel(tmp_path, whole):
-    for suffix in (".nc", ".mat", ".csv", ".nwb", ".parquet"):
-        save(whole, tmp_path / f"set{suffix}", **OPTIONS.get(suffix, {}))
-        got = load(tmp_path / f"set{suffix}")
-        assert json.loads(got.attrs["configuration"])["timestep"] == 0.01
-        assert got.attrs["licence"] == "CC0-1.0"
-        assert REQUIRED.keys() <= got.attrs.keys()
-        assert got.seed.values[0] >= 2**62
-
-
-def test_xarray_reads_the_netcdf(tmp_path, whole):
-    save(whole, tmp_path / "set.nc")
-    with xr.open_dataset(tmp_path / "set.nc", engine="h5netcdf") as got:
-        for name in whole.variables:
-            np.testing.assert_array_equal(
-                got[name].values.astype(whole[name].dtype), whole[name].values
-            )
-        assert got.angle.attrs["units"] == "rad"
-
-
-def test_matlab_variables_have_documented_names(tmp_path, whole):
-    save(whole, tmp_path / "set.mat")
-    got = scipy.io.loadmat(tmp_path / "set.mat")
-    np.testing.assert_array_equal(got["angle"], whole.angle.values)
-    np.testing.assert_array_equal(got["time"], whole.time.values[None])
-    assert [str(text).strip() for text in got["feature"]][:3] == ["ball", "box", "triangle"]
 
 
 def test_a_mat_file_that_matlab_saved_again_is_read(tmp_path, whole):

@@ -12,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -57,22 +56,6 @@ def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
             store.append(index, make_trial(index))
         xr.testing.assert_identical(read_store(path), make_set())
     xr.testing.assert_identical(read_store(path), make_set())
-
-
-def test_any_zarr_reader_sees_the_same_numbers(path):
-    fill(path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        plain = xr.open_zarr(path, chunks=None).load()
-    assert plain.finished.all()
-    whole = make_set()
-    for name in whole.variables:
-        np.testing.assert_array_equal(
-            plain[name].values.astype(whole[name].dtype), whole[name].values
-        )
-        assert plain[name].dims == whole[name].dims
-    assert plain.attrs["configuration"] == whole.attrs["configuration"]
-    assert plain.angle.attrs["units"] == "rad"
 
 
 def test_resuming_gives_what_an_undisturbed_run_gives(path):
@@ -447,16 +430,6 @@ def test_an_opening_that_fails_lets_go_of_the_lock(path):
     fill(path)
     xr.testing.assert_identical(read_store(path), make_set())
     assert "seed: 7 → 8" in str(kept.value)
-
-
-def test_trials_made_otherwise_are_refused_with_the_difference(path):
-    made = [{"speed": 0.1 * n} for n in range(N_TRIALS)]
-    with open_store(path, CONFIGURATION, N_TRIALS, made=made.__getitem__) as store:
-        store.append(range(N_TRIALS), make_set())
-    open_store(path, CONFIGURATION, N_TRIALS + 1, made=made.__getitem__).close()
-    made[5] = {"speed": 0.7}
-    with pytest.raises(StoreError, match=r"trial 5\.speed: 0\.5 → 0\.7"):
-        open_store(path, CONFIGURATION, N_TRIALS + 1, made=made.__getitem__)
 
 
 def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):

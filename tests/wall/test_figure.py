@@ -19,23 +19,6 @@ from paper.fig3_family import (
     list_readings,
     list_setups,
 )
-from paper.scale import SCALES
-
-
-@pytest.mark.long
-def test_figure_3_draws_what_was_computed():
-    data = fig3.compute({"exponential": cockroach()}, effort=SCALES["smoke"], timestep=0.1)
-    figure = Figure(figsize=(7, 8))
-    fig3.plot(data, figure)
-    assert data.slides.make_dataset()["distance"].values.tolist() == sorted(
-        fig3.SLIDE_DISTANCES, reverse=True
-    )
-    assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
-    letters = [ax.get_title(loc="left") for ax in figure.axes]
-    assert [letter for letter in letters if letter] == ["a", "b", "c", "d"]
-    posture, measure = fig3.get_main()
-    assert data.main_sweeps["exponential"].posture == posture
-    assert (posture.friction, posture.hook_share, measure["quantity"]) == (1.0, 1.0, "total")
 
 
 def test_every_distance_is_drawn_with_its_wall():
