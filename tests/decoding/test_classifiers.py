@@ -1,4 +1,4 @@
-"""One Classifier: every registered classifier answers the same questions, whole or by a deadline."""
+"""Every registered classifier answers the same questions, of a whole touch or by a deadline."""
 
 import warnings
 
