@@ -266,10 +266,7 @@ def test_accuracy_or_timestep():
         feeler.touch(make_stub(), trial, duration=2, timestep=0.05, accuracy=0.01)
 
 
-@pytest.mark.parametrize(
-    "engine",
-    [pytest.param(e, marks=pytest.mark.long) if e.startswith("rod") else e for e in ENGINES],
-)
+@pytest.mark.parametrize("engine", [*ENGINES])
 def test_two_runs_side_by_side_are_what_they_are_alone(engine):
     """Windows joined end to end, at one timestep each, give the bits of whole runs."""
     scene, clock = touch(n=12, contact="smooth", speed=0.6), Clock(duration=13.0, timestep=0.1)

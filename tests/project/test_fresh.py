@@ -227,7 +227,6 @@ CASES = {
     "Stepper": (ask_stepper, [*ENGINES]),
     "ChainStepper": (ask_stepper, ["chain-consistent"]),
     "MujocoStepper": (ask_stepper, ["mujoco"]),
-    "RodStepper": (ask_stepper, ["rod"]),
     "SpaceChainStepper": (ask_space_stepper, ["chain-consistent", "chain"]),
     "SpaceMujocoStepper": (ask_space_stepper, ["mujoco"]),
     "Simulation": (ask_simulation, ["one"]),
@@ -247,10 +246,7 @@ ASKED = sorted(
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("ask", "option"),
-    [
-        pytest.param(*one, marks=pytest.mark.long) if one[1] == "rod-inertia" else one
-        for one in ASKED
-    ],
+    ASKED,
     ids=lambda one: getattr(one, "__name__", one) or "-",
 )
 def test_after_another_question_it_answers_as_a_fresh_one(ask, option):
