@@ -243,13 +243,26 @@ def list_sources(profile: str) -> dict[str, Source]:
 @cache  # an antenna cannot be changed, so one may serve all who ask
 def _make_cockroach(profile: str, sensors: str) -> Antenna:
     n = int(_v("n_segments"))
+    # Constant density, radius falling exponentially with arc length [P form, D numbers].
+    length = _segment_length(n)
+    x = (np.cumsum(length) - length / 2) / length.sum()
+    radius = _v("radius_base") * (_v("radius_tip") / _v("radius_base")) ** x
+    placements = {
+        "even": make_even_sensors(n, int(_v("n_sensors"))),
+        "distal": np.arange(n - 111, n + 1, 2),
+        "all": np.arange(1, n + 1),
+    }
+    if sensors not in placements:
+        raise InvalidInput(
+            f"unknown sensor placement {sensors!r}; valid: {', '.join(placements)}."
+        )
     exponential = Antenna(
         segment_length=_segment_length(n),
-        segment_mass=_segment_mass(n),
+        segment_mass=(_v("density") * np.pi * radius**2 * length),
         radius=np.full(n, _v("collision_radius")),
         stiffness=Exponential(base=_v("stiffness_base"), rate=_v("stiffness_rate")).sample(n),
         damping=Exponential(base=_v("damping_base"), rate=_v("damping_rate")).sample(n),
-        sensors=_sensors(sensors, n),
+        sensors=placements[sensors],
         name="exponential",
     )
     return exponential if profile == "exponential" else _control(exponential, profile)
@@ -268,27 +281,6 @@ def _segment_length(n: int) -> np.ndarray:
     )
     share = sigmoid.sample(n)
     return _v("length") * share / share.sum()
-
-
-def _segment_mass(n: int) -> np.ndarray:
-    """Constant density, radius falling exponentially with arc length [P form, D numbers]."""
-    length = _segment_length(n)
-    x = (np.cumsum(length) - length / 2) / length.sum()
-    radius = _v("radius_base") * (_v("radius_tip") / _v("radius_base")) ** x
-    return _v("density") * np.pi * radius**2 * length
-
-
-def _sensors(placement: str, n: int) -> np.ndarray:
-    placements = {
-        "even": make_even_sensors(n, int(_v("n_sensors"))),
-        "distal": np.arange(n - 111, n + 1, 2),
-        "all": np.arange(1, n + 1),
-    }
-    if placement not in placements:
-        raise InvalidInput(
-            f"unknown sensor placement {placement!r}; valid: {', '.join(placements)}."
-        )
-    return placements[placement]
 
 
 def _control(exponential: Antenna, profile: str) -> Antenna:

@@ -355,7 +355,12 @@ class _SpaceMujocoStepper(_MujocoStepper):
         change = (drive - before) / h
         change[3:] = self._rotate(0).T @ change[3:]
         data.qfrc_applied[:6] = ROOTED * change
-        self._move_walls()
+        # Put the walls where their bodies are.
+        for o, geom in self._list_walls():
+            item, turn = self.scenes[0].objects[o], self._rotate(o + 1)
+            self.model.geom_pos[geom] = self._place[o]
+            axes = turn @ np.column_stack([item.axes[1], item.axes[2], item.axes[0]])
+            mujoco.mju_mat2Quat(self.model.geom_quat[geom], axes.ravel())
         mujoco.mj_fwdPosition(model, data)
         _round_contacts(model, data)
         mujoco.mj_fwdVelocity(model, data)
@@ -468,14 +473,6 @@ class _SpaceMujocoStepper(_MujocoStepper):
         walls = [o for o, item in enumerate(self.scenes[0].objects) if item.feature.unbounded]
         kind = mujoco.mjtObj.mjOBJ_GEOM
         return [(o, mujoco.mj_name2id(self.model, kind, f"wall{o + 1}")) for o in walls]
-
-    def _move_walls(self) -> None:
-        """Put the walls where their bodies are."""
-        for o, geom in self._list_walls():
-            item, turn = self.scenes[0].objects[o], self._rotate(o + 1)
-            self.model.geom_pos[geom] = self._place[o]
-            axes = turn @ np.column_stack([item.axes[1], item.axes[2], item.axes[0]])
-            mujoco.mju_mat2Quat(self.model.geom_quat[geom], axes.ravel())
 
     def _carry_walls(self) -> None:
         """Add the walls' velocity to what contacts with them aim at: a_ref = −b (v − v_wall) …"""

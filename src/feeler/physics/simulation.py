@@ -290,7 +290,13 @@ class Simulations:
         go = advance if self._guided or n_steps > self._chunk else _advance_freely
         for group in groups:
             if go(self._steppers[group], self._steps[group], n_steps, self._stop):
-                self._note_broken(self._steppers[group], group)
+                stepper = self._steppers[group]
+                for k in np.flatnonzero(stepper.find_broken()):
+                    lane = group * self._lanes + int(k)
+                    if lane < self._n and self.failed[lane] is None:
+                        self.failed[lane] = _explain_end(
+                            stepper, int(k), self._steps[group][k] * self.timestep
+                        )
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep
@@ -320,14 +326,6 @@ class Simulations:
             for step, scene in zip(steps, stepper.scenes, strict=True):
                 if scene.base_motion is not None and scene.follows:
                     scene.base_motion.compute_pose(np.array([(step + n_steps) * self.timestep]))
-
-    def _note_broken(self, stepper: Stepper, group: int) -> None:
-        for k in np.flatnonzero(stepper.find_broken()):
-            lane = group * self._lanes + int(k)
-            if lane < self._n and self.failed[lane] is None:
-                self.failed[lane] = _explain_end(
-                    stepper, int(k), self._steps[group][k] * self.timestep
-                )
 
     def cancel(self) -> None:
         """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own
