@@ -7,9 +7,9 @@ import pytest
 
 from feeler.objects.motion import BaseMotion
 from feeler.physics.chain.stepper import ChainStepper
+from feeler.physics.mujoco import _compute_reaction
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Path
-from feeler.physics.statics import _compute_reaction
 
 from .scenes import DYNAMIC, touch
 

@@ -310,13 +310,6 @@ def _describe_solid(
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, **place}
 
 
-def _to_quaternion(vector: np.ndarray) -> np.ndarray:
-    """MuJoCo's quaternion (4,) of a rotation vector [rad]."""
-    size, found = float(np.linalg.norm(vector)), np.zeros(4)
-    mujoco.mju_axisAngle2Quat(found, np.asarray(vector) / size if size else np.eye(3)[0], size)
-    return found
-
-
 def _read_quaternion(matrix: np.ndarray) -> np.ndarray:
     found = np.zeros(4)
     mujoco.mju_mat2Quat(found, matrix.ravel())
