@@ -1,5 +1,5 @@
-"""An antenna: rigid segments joined by damped hinge springs, in one plane or in space; and its small
-oscillations.
+"""An antenna: rigid segments joined by damped hinge springs, in one plane or in space; and how it
+oscillates.
 """
 
 from collections.abc import Sequence
