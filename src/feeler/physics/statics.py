@@ -1,4 +1,4 @@
-"""Static postures under dead forces, solved directly, without waiting for a simulation to settle."""
+"""Static postures under dead forces, solved directly and not by waiting for a run to settle."""
 
 from collections.abc import Sequence
 
