@@ -42,9 +42,9 @@ FIRST = (
     "physics/test_lanes.py",
     "tensors/test_store.py",
 )
-"""Files that begin first: of two workers one compiles the engine of the plane and the other the rod
-and the encoder, or the engine in space, once, while neither needs what the other compiles; then
-what takes longest, so that no worker is left alone with one at the end.
+"""Files that begin first: of two workers one compiles the engine of the plane and the other the
+wall's and the encoder, or the engine in space, once, while neither needs what the other compiles;
+then what takes longest, so that no worker is left alone with one at the end.
 """
 JUDGED = (
     "feeler.cli.",

@@ -31,8 +31,7 @@ from scipy.special import stdtrit
 
 from benchmarks.kept import write_kept
 from feeler import touch
-from feeler.antenna.modes import compute_mass_matrix
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, compute_mass_matrix
 from feeler.design import (
     CHOICES,
     Constraints,

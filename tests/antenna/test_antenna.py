@@ -9,7 +9,7 @@ import pytest
 from feeler import Antenna, presets
 from feeler.antenna import Constant, Exponential, Linear, Sigmoid, Tabulated, compute_modes
 from feeler.antenna.animals import FACTS, PROFILE_NAMES
-from feeler.antenna.modes import compute_mass_matrix
+from feeler.antenna.segments import compute_mass_matrix
 from feeler.errors import InvalidInput
 
 GOOD = {

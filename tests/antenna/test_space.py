@@ -6,8 +6,7 @@ from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 from feeler.antenna.files import load_antenna, parse_antenna, read_antenna_file, save_antenna
-from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna, _list_frustum, find_rate
+from feeler.antenna.segments import Antenna, _list_frustum, compute_modes, find_rate
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 

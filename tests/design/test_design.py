@@ -9,7 +9,7 @@ import pytest
 
 import feeler
 from feeler.analysis import compute_information
-from feeler.antenna.modes import compute_modes
+from feeler.antenna.segments import compute_modes
 from feeler.decoding import CLASSIFIERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.scoring import _touch_classes, decode, estimate_error

@@ -10,10 +10,7 @@ from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.presets import make_preset
 
 CHAINS = ("chain", "chain-consistent")
-DYNAMIC = (
-    *CHAINS,
-    "mujoco",
-)  # with MuJoCo's contact and all inertia; the rod has laws of its own
+DYNAMIC = (*CHAINS, "mujoco")
 HOOK = Outline(vertices=((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2)))
 
 

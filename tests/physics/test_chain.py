@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
-from feeler.antenna.modes import compute_mass_matrix
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, compute_mass_matrix
 from feeler.errors import InvalidInput
 from feeler.objects import Trial, Wall, make_feature
 from feeler.objects.bodies import Object

@@ -142,12 +142,6 @@ class TestTimeConstant:
         assert choose_timestep(None, engine, get_contact("smooth:0.9")) == plain
         assert choose_timestep(0.003, engine, contact) == 0.003
 
-    def test_of_engines_that_do_not_read_it_it_changes_nothing(self):
-        antenna, trial = make_thin(), Trial(feature=Ball(radius=1.5), location=0.7, speed=0.3)
-        assert choose_timestep(None, "rod", get_contact(None, antenna)) == 1.0
-        tensors = feeler.touch(antenna, trial, duration=20, engine="rod")
-        assert "contact_time_constant" not in tensors.attrs
-
     def test_is_asked_for_by_name_and_kept_beside_the_numbers(self):
         antenna, trial = make_thin(), Trial(feature=Ball(radius=1.5), location=0.7, speed=0.3)
         for said, time in ((None, 0.2 / 7), ("smooth", 0.2 / 7), ("smooth:0.1", 0.1)):

@@ -246,12 +246,6 @@ def test_a_planar_antenna_stays_in_its_plane(fields):
         Scene(antenna=make().flatten(), **fields)
 
 
-@pytest.mark.parametrize("engine", ["rod", "rod-inertia"])
-def test_rods_refuse_space_by_name(engine):
-    with pytest.raises(InvalidInput, match="rod engine works in the plane"):
-        run_scene(Scene(antenna=make()), Clock(duration=2, timestep=0.05), engine)
-
-
 def test_antennae_of_planes_and_of_space_share_no_lanes():
     with pytest.raises(InvalidInput, match="of planes for all"):
         Simulations([Scene(antenna=make(2)), Scene(antenna=make(3))])

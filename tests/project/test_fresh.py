@@ -117,10 +117,7 @@ ASKED = [
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("ask", "option"),
-    [
-        pytest.param(*one, marks=pytest.mark.long) if one[1] == "rod-inertia" else one
-        for one in ASKED
-    ],
+    ASKED,
     ids=lambda one: getattr(one, "__name__", one) or "-",
 )
 def test_after_another_question_it_answers_as_a_fresh_one(ask, option):

@@ -71,8 +71,6 @@ def label(values: Any, *dims: str) -> xr.DataArray:
 def touch(world: Scene) -> xr.Dataset:
     """All quantities of a scene, as far as its engine knows them."""
     more = [name for name, q in tensors.QUANTITIES.items() if q.make]
-    if world.options.get("engine", "").startswith("rod"):
-        more = [name for name in more if name != "sink"]
     return feeler.touch(world.antenna, list(world.trials), save=more, **world.options)
 
 

@@ -42,8 +42,7 @@ from tests.relations.worlds import (
 WORLDS = {
     "scene": (Scene, worlds.make_scene),
     **{f"scene by {name}": (Scene, partial(worlds.make_scene, engine=name, timestep=0.02))
-       for name in ENGINES if name not in (DEFAULT_ENGINE, *worlds.RODS)},
-    **{f"scene by {name}": (Scene, partial(worlds.make_wall, name)) for name in worlds.RODS},
+       for name in ENGINES if name != DEFAULT_ENGINE},
     "scene in space": (Scene, worlds.make_spatial),
     "scene in space by chain": (Scene, partial(worlds.make_spatial, engine="chain", timestep=0.02)),
     "hand": (Hand, worlds.make_hand),
@@ -72,14 +71,12 @@ NOT_APPLICABLE = {
     "scene by*/turnable view": "only what is in space can be turned by hand",
     "scene in space*/[!e]*/turnable view": "it is drawn from the quantities, frame by frame",
     "scene in space by chain/every*/turnable view": "as by the default engine",
-    "scene by rod*/units of length*": "its surfaces sink in by an absolute length",
     "scene*/[!m]*/touch --json": "it takes one touch, with the antenna's own contact",
     "scene by*/mirror/touch --json": "the same command",
     "scene in space*/mirror/touch --json": "as in the plane, at ten times the price",
     "scene*/every second sample/plot_touch": "a peak may fall between the samples",
     "scene/half the speed*": "what has inertia is another touch then",
-    "scene by [!r]*/half the speed*": "what has inertia is another touch then",
-    "scene by rod-inertia/half the speed*": "what has inertia is another touch then",
+    "scene by*/half the speed*": "what has inertia is another touch then",
     "scene in space/half the speed*": "what has inertia is another touch then",
     "scene/by MuJoCo*": "it steps otherwise; the engine chain does so as MuJoCo",
     "scene in space/by MuJoCo*": "it steps otherwise; the engine chain does so as MuJoCo",
@@ -125,7 +122,6 @@ LONG = (
     "scene by mujoco/*",
     "scene in space*",
     "wish with a study/*",
-    "scene by rod*",
     "release/*",
 )
 """Worlds that take seconds."""

@@ -132,8 +132,6 @@ POSTURES = [Posture(friction=0.0), Posture(prebend="none", friction=0.0)]
 @pytest.mark.parametrize(
     ("engine", "duration", "timestep", "friction"),
     [
-        ("rod", 400.0, 1.0, 0.0),
-        ("rod-inertia", 400.0, 1.0, 0.0),
         ("chain", 120.0, 0.05, 0.0),
         pytest.param("mujoco", 60.0, 0.02, 0.05, marks=pytest.mark.slow),
     ],

@@ -262,7 +262,7 @@ EngineName = Annotated[
     str,
     typer.Option(
         help="simulator: chain-consistent (most accurate at its timestep), chain (computes MuJoCo's"
-        " equations), mujoco (MuJoCo itself) or rod (for walls)"
+        " equations) or mujoco (MuJoCo itself)"
     ),
 ]
 

@@ -10,8 +10,7 @@ import numpy as np
 from annotated_types import Len
 from scipy.interpolate import CubicSpline
 
-from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, compute_modes
 from feeler.decoding.classifiers import describe_classifier
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.errors import InvalidInput, SimulationDivergedError, require_extra

@@ -491,7 +491,8 @@ def run_with_error(
     errors: dict[int, float] = {}
     todo = {i: result for i, result in enumerate(results) if isinstance(result, Motion)}
     for factor, most, margin in ((2.0, _CLEAR, 1.0), (0.5, np.inf, _MARGIN)):
-        if not todo or (factor > 1 and not _allows(scenes, factor * clock.timestep, engine)):
+        shortest = min(scene.contact.solref[0] for scene in scenes)
+        if not todo or (factor > 1 and factor * clock.timestep > shortest / 2 * (1 + 1e-9)):
             continue
         gaps = _compare(scenes, todo, clock, factor, engine, stop)
         errors |= {i: margin * gap for i, gap in gaps.items()}
@@ -500,15 +501,6 @@ def run_with_error(
         replace(result, error=errors[i]) if isinstance(result, Motion) else result
         for i, result in enumerate(results)
     ]
-
-
-def _allows(scenes: Sequence[Scene], timestep: float, engine: str) -> bool:
-    try:
-        for scene in scenes:
-            get_engine(engine).check(scene.contact, timestep)
-    except InvalidInput:
-        return False
-    return True
 
 
 def _compare(
@@ -567,14 +559,13 @@ def run_accurately(
 
     Every scene is run as :func:`_run_in_time` does, once with its contact and once with one of half
     the width; what that changes counts as well. Where both together are too much, the width is
-    halved again. Engines that stand for rigid surfaces have no width. What does not get there is
-    the motion with the scene's own contact, at the finest steps that it was run with.
+    halved again. What does not get there is the motion with the scene's own contact, at the finest
+    steps that it was run with.
     """
     results = _run_in_time(scenes, duration, sample_interval, engine, accuracy, stop)
     own = list(results)
     now, todo = list(scenes), [i for i, r in enumerate(results) if isinstance(r, Motion)]
-    rigid = get_engine(engine).check is not Contact.check_timestep
-    for _ in range(0 if rigid else _NARROWINGS):
+    for _ in range(_NARROWINGS):
         for i in todo:
             now[i] = replace(now[i], contact=now[i].contact.halve())
         found = _run_in_time(
