@@ -8,26 +8,32 @@ misses an object, its touches lie among those that are known.
 
     python benchmarks/reliability.py        # writes docs/images/reliability.png, prints the numbers
     python benchmarks/reliability.py stream # what is said while touches go on
+    python benchmarks/reliability.py wires  # one to three dead sensors of ten
+    python benchmarks/reliability.py wires  # one to three dead sensors of ten
 """
 
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from feeler.decoding.observers import StudentTClassifier
 from feeler.objects import Ball, Box, Outline, make_feature
 from feeler.plotting import style
 from feeler.robot import (
     align_recordings,
     draw_robots,
     draw_training_set,
+    load_robot,
     make_classifier,
     make_decoder,
     make_robot,
     make_touches,
     touch_robots,
 )
+from feeler.robot.description import write_robot
 from feeler.robot.recordings import Recording
 
 SEED, ROBOTS = 20261125, 30
@@ -245,5 +251,43 @@ def listen(decoder, motion):
     return (strange or [np.inf])[0], states[-1].probability >= decoder.threshold
 
 
+def wires(copies=12, draws=8):
+    """Accuracy with dead sensors of ten, on robots left out in turn: of a classifier fitted to the
+    other sensors, and of one trained on touches of which one to three, drawn at random, were 0.
+    """
+    with TemporaryDirectory() as folder:
+        write_robot(Path(folder) / "robot.toml", 10)
+        antenna = load_robot(Path(folder) / "robot.toml").antenna
+    trials = make_touches(locations=(0.5, 0.7, 0.9), speeds=(0.1, 0.27))
+    values, labels, robots, others = draw_training_set(antenna, trials).gather()
+    others, labels = (np.asarray(others[0]), others[1]), np.array([*map(str, labels)])
+    rng, right = np.random.default_rng(1), {}
+    dead = [rng.choice(10, count, replace=False) for count in (1, 2, 3) for _ in range(draws)]
+
+    def silence(touches):
+        """Each touch, and copies of it without one to three sensors."""
+        touches = np.tile(touches, (copies + 1, 1, 1))
+        for touch in touches[len(touches) // (copies + 1) :]:
+            touch[rng.choice(10, rng.integers(1, 4), replace=False)] = 0
+        return touches
+
+    for held in (robots % 4 == fold for fold in range(4)):
+        taught = StudentTClassifier().fit(values[~held], labels[~held], robots[~held], others)
+        dropped = StudentTClassifier().fit(
+            silence(values[~held]),
+            np.tile(labels[~held], copies + 1),
+            np.tile(robots[~held], copies + 1),
+            (silence(others[0]), others[1] * (copies + 1)),
+        )
+        for gone in dead:
+            for name, reader, value in (("fitted", taught, np.nan), ("dropped", dropped, 0.0)):
+                asked = values[held].copy()
+                asked[:, gone] = value
+                share = np.mean(reader.predict(asked) == labels[held])
+                right.setdefault((name, len(gone)), []).append(share)
+    for (name, count), shares in sorted(right.items()):
+        print(f"{name} {count} of 10: {np.mean(shares):.1%}")
+
+
 if __name__ == "__main__":
-    stream() if "stream" in sys.argv else main()
+    stream() if "stream" in sys.argv else wires() if "wires" in sys.argv else main()

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from feeler.analysis import INDICES
 from feeler.plotting.style import PALETTE
+from feeler.provenance import to_json
 from feeler.report import Section
-from feeler.report.page import to_json
 from paper.context import Context
 from paper.readings import COLUMNS, Finding, collect, judge_sentences, list_readings
 

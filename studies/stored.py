@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from feeler.files import read_shipped
-from feeler.report.page import to_json
+from feeler.provenance import to_json
 
 _DIGITS = 5
 

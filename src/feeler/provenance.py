@@ -101,6 +101,21 @@ def to_jsonable(value: Any) -> Any:
     )
 
 
+def to_json(value: object) -> object:
+    """Arrays, NumPy scalars and mappings as JSON knows them; what is not a number becomes null."""
+    if hasattr(value, "values") and not isinstance(value, dict):
+        value = value.values
+    if isinstance(value, dict):
+        return {str(key): to_json(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [to_json(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
 def write_canonical(configuration: Any) -> str:
     """The configuration as JSON with sorted keys: equal configurations give equal texts."""
     return write_plain(to_jsonable(configuration))

@@ -19,8 +19,8 @@ from feeler.errors import InvalidInput
 from feeler.files import ensure_folder, read_shipped, write_text
 from feeler.objects import Task
 from feeler.plotting.style import NOISE_COLOURS, mark_places, pick_colours, pick_shades
+from feeler.provenance import to_json
 from feeler.report import Section, write_page
-from feeler.report.page import to_json
 from feeler.study import Study
 from feeler.tensors.transforms import require_variables
 from feeler.validation import checked, show

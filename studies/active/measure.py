@@ -35,7 +35,7 @@ from feeler.active.contests import (
     load_contest,
 )
 from feeler.presets import cockroach
-from feeler.report.page import to_json
+from feeler.provenance import to_json
 from feeler.tradeoff import average_sets
 
 ROOT = Path(__file__).parents[2]

@@ -33,8 +33,7 @@ from benchmarks.kept import write_kept
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.presets import cockroach
-from feeler.provenance import Journal, make_key
-from feeler.report.page import to_json
+from feeler.provenance import Journal, make_key, to_json
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.sensilla import step_units
 from paper.context import Context

@@ -232,6 +232,14 @@ def test_fifty_samples_too_many_at_the_start_are_left_out_and_one_more_is_refuse
         stream.update(np.zeros(3), 0.0)
 
 
+def test_samples_that_waited_and_come_at_once_are_no_faster_sender():
+    """A busy host stamps 300 samples of 1 kHz with the same ms, after a pause as long."""
+    stream = _decoder().start()
+    for k in range(1200):
+        stream.update(np.zeros(3), float(k if k % 400 < 100 else k // 400 * 400 + 399))
+    assert stream.surplus <= 50 and stream.slot == 1199
+
+
 @pytest.mark.parametrize(
     ("act", "message"),
     [

@@ -83,4 +83,6 @@ def test_nothing_slow_is_loaded_before_it_is_used():
     steps = [
         f"{code}\nassert not {slow} & set(sys.modules), {code!r}" for code, slow in BEFORE_USE
     ]
+    say = "from feeler.cli.options import say_json", "say_json({})"  # first when a touch begins
+    steps += [*say, "assert 'matplotlib' not in sys.modules"]
     assert run_python("import sys", *steps) == ""

@@ -429,9 +429,10 @@ def test_the_verbs_take_a_bag(tmp_path):
         load(path)
 
 
-def write_rosbag(folder, kind):
-    """The joint states in the two older kinds of bag, by the library rosbags."""
+def write_rosbag(folder, kind, packed=False):
+    """The joint states by the library rosbags; ``packed``: each message compressed by itself."""
     from rosbags.rosbag1 import Writer as Rosbag1
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
     from rosbags.rosbag2 import Writer as Rosbag2
     from rosbags.typesys import Stores, get_typestore
 
@@ -440,7 +441,11 @@ def write_rosbag(folder, kind):
     types = store.types
     head, state = types["std_msgs/msg/Header"], types["sensor_msgs/msg/JointState"]
     path = folder / f"run{kind}"
-    with Rosbag1(path) if old else Rosbag2(folder / "run", version=8) as bag:
+    how = {"storage_plugin": StoragePlugin.MCAP} if kind == ".mcap" else {}
+    made = Rosbag1(path) if old else Rosbag2(folder / "run", version=8, **how)
+    if packed:
+        made.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
+    with made as bag:
         topic = bag.add_connection("/joint_states", state.__msgtype__, typestore=store)
         text = types["std_msgs/msg/String"]
         other = bag.add_connection("/rosout", text.__msgtype__, typestore=store)
@@ -472,6 +477,23 @@ def test_older_bags_give_the_same_joints_as_mcap(tmp_path, kind):
         "/joint_states (sensor_msgs/msg/JointState), 50 messages" in line for line in told
     )
     assert any(line.startswith("not read    /rosout") for line in told)
+
+
+@pytest.mark.parametrize("ending", [".db3", ".mcap"])
+@pytest.mark.parametrize("folder", [True, False])
+def test_messages_compressed_one_by_one_are_those_of_the_plain_bag(tmp_path, ending, folder):
+    """As ``ros2 bag record --compression-mode message`` leaves them."""
+    path = write_rosbag(tmp_path, ending, packed=True)
+    part = next(path.glob(f"*{ending}"))
+    assert part.read_bytes().count(b"\x28\xb5\x2f\xfd") >= 50
+    read = load_recording(f"{path if folder else part}:joint_states", n_channels=12)
+    order = np.argsort([int(name[6:]) for name in NAMES])
+    np.testing.assert_array_equal(read.values, ANGLE[:, order].T)
+    np.testing.assert_allclose(read.time, 2.0 * np.arange(50))
+    if ending == ".mcap":  # power was lost
+        part.write_bytes(part.read_bytes()[: part.stat().st_size // 2])
+        cut = load_recording(f"{part}:joint_states", n_channels=12)
+        np.testing.assert_array_equal(cut.values, read.values[:, : cut.time.size])
 
 
 @pytest.mark.parametrize("size", [9_000, 40_000])

@@ -150,6 +150,21 @@ def test_a_board_that_begins_anew_begins_a_new_touch(trained):
     assert live.end().probability == pytest.approx(first.probability)
 
 
+def test_a_long_wait_before_the_touch_costs_nothing_and_changes_no_answer(trained):
+    """A judgement of the whole once read all samples since the stream began: 50 ms each."""
+    recording = trained[2][0].recordings[1]
+    resting = np.repeat(recording.values[:, :1], 6000, axis=1)
+    resting += np.random.default_rng(3).normal(0, 1e-3, resting.shape)
+    waited = recording.replace(
+        time=np.arange(6000.0 + recording.time.size),
+        values=np.concatenate([resting, recording.values], axis=1),
+    )
+    (live, states), (prompt, own) = (play(trained, one) for one in (waited, recording))
+    assert len(live.kept) <= 2100 + states[-1].since_contact
+    assert live.end().label == prompt.end().label == own[-1].label
+    assert live.answer.probability == pytest.approx(prompt.answer.probability, abs=0.1)
+
+
 @pytest.fixture
 def run(trained, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)

@@ -1,5 +1,7 @@
 """Parquet: one labelled touch a row, which feeler restores and pandas reads without feeler."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -40,6 +42,24 @@ def test_pandas_reads_each_touch_with_its_labels(whole, saved):
         np.testing.assert_array_equal(table[name], whole[name].values, name)
     test = table[table["split"] == "test"]
     assert test["seed"].tolist() == whole["seed"].values[::3].tolist()
+
+
+def test_objects_are_numbered_for_datasets_of_hugging_face(whole, saved, tmp_path):
+    """As that library writes a ``ClassLabel``: int64, and its names in the schema."""
+    schema = pq.read_schema(saved)
+    said = json.loads(schema.metadata[b"huggingface"])["info"]["features"]["label"]
+    assert said["_type"] == "ClassLabel" and schema.field("label").type == pa.int64()
+    numbers = pd.read_parquet(saved, columns=["label"])["label"]
+    assert [said["names"][k] for k in numbers] == whole["feature"].values.tolist()
+    own = whole.assign_coords(label=("trial", whole["seed"].values * 2.5))
+    save(own, tmp_path / "own.parquet")
+    xr.testing.assert_identical(load(tmp_path / "own.parquet"), complete(own))
+    datasets = pytest.importorskip("datasets", reason="Hugging Face's reader")
+    words = {"data_files": str(saved), "filters": [("split", "==", "test")]}
+    read = datasets.load_dataset("parquet", cache_dir=str(tmp_path), split="train", **words)
+    assert (
+        read.features["label"].int2str(read["label"]) == whole["feature"].values[::3].tolist()
+    )
 
 
 @pytest.mark.parametrize("count", [1, 256, 257, 600])

@@ -58,6 +58,27 @@ def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     xr.testing.assert_identical(read_store(path), make_set())
 
 
+@pytest.mark.parametrize("dask", [False, True])
+def test_xarray_writes_what_was_loaded_as_it_was_stored(path, tmp_path, dask):
+    """Without a word about its texts, in the same chunks; a part of it, and as NetCDF, too."""
+    fill(path)
+    loaded, stored = load(path), zarr.open_group(path, mode="r")["angle"]
+    if dask:
+        loaded = loaded.chunk(trial=stored.shards[0])
+    for number, part in enumerate((loaded, loaded.isel(trial=slice(1, 4)))):
+        copy = tmp_path / f"{number}.zarr"
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            part.to_zarr(copy, consolidated=False)  # which Zarr itself warns of
+        angle = zarr.open_group(copy, mode="r")["angle"]
+        assert (angle.chunks, angle.shards) == (stored.chunks, stored.shards)
+        again = xr.open_zarr(copy, consolidated=False).load()
+        np.testing.assert_array_equal(again["angle"], part["angle"])
+        np.testing.assert_array_equal(again["feature"].values, part["feature"].values)
+    loaded.to_netcdf(tmp_path / "set.nc")
+    xr.testing.assert_equal(xr.open_dataset(tmp_path / "set.nc").load(), loaded.load())
+
+
 def test_resuming_gives_what_an_undisturbed_run_gives(path):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         for index in (5, 1):

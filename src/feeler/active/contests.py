@@ -23,10 +23,9 @@ from feeler.errors import InvalidInput
 from feeler.files import read_shipped, write_text
 from feeler.plotting.style import PALETTE
 from feeler.progress import show_progress
-from feeler.provenance import Journal, compute_digest, make_key
+from feeler.provenance import Journal, compute_digest, make_key, to_json
 from feeler.records import Ge, Gt, Len, Record, Unit
 from feeler.report import Section, write_page
-from feeler.report.page import to_json
 from feeler.tradeoff import average_sets
 from feeler.validation import checked
 

@@ -20,8 +20,8 @@ from feeler.plotting.results import (
     plot_maps,
     plot_trial,
 )
+from feeler.provenance import to_json
 from feeler.report import Section, write_page
-from feeler.report.page import to_json
 from feeler.tensors.formats import save as save_tensors
 
 _INSTANTS = 5  # postures that an overlay draws

@@ -354,8 +354,8 @@ def _save(
     antenna of the mean parameters.
     """
     from feeler.antenna.files import save_antenna
+    from feeler.provenance import to_json
     from feeler.report import Section, write_page
-    from feeler.report.page import to_json
 
     out.mkdir(parents=True, exist_ok=True)
     antenna = hinges.build(result.p).replace(name=f"fitted to {traces.source} traces")

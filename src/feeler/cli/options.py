@@ -25,7 +25,7 @@ Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words
 
 def say_json(value: object) -> None:
     """One line of JSON on standard output; what is not a number becomes null."""
-    from feeler.report.page import to_json
+    from feeler.provenance import to_json
 
     typer.echo(json.dumps(to_json(value)))
 

@@ -1,5 +1,6 @@
 """``feeler robot stream``, ``board`` and ``replay``: a robot while it touches."""
 
+import gc
 import os
 import sys
 import time
@@ -125,6 +126,7 @@ def stream(
         named = "" if unit else ", unless --unit says otherwise"
         typer.echo(f"listening{where}: {n} numbers a line, in {readings.unit}{named}", err=True)
     watch = _Watch(samples, link, readings)
+    gc.freeze()  # a search through all that is loaded would hold the samples up for 100 ms
     again = True
     while again:
         state, end = _follow(touch, watch, every, say_json if as_json else _say_state)

@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from feeler.decoding.streams import StreamState
 from feeler.files import write_text
 from feeler.plotting.style import pick_shades
+from feeler.provenance import to_json
 from feeler.report import Section, write_page
-from feeler.report.page import to_json
 from feeler.robot.classify import Answer, name_notes, name_touch
 from feeler.robot.fit import RobotFit
 from feeler.robot.recordings import Recording

@@ -185,6 +185,7 @@ class Stream:
                     " for. Thin them out, or train with another interval."
                 )
             return []
+        self.surplus -= slot - before - 1  # a pause, after which as many may come at once
         usual = float(np.median(self._steps))
         if not _SLOW * interval < usual <= _SLOWEST:
             self.missed += slot - before - 1

@@ -31,6 +31,7 @@ from feeler.plotting.style import (
     unjoin,
 )
 from feeler.plotting.tensors import list_tensors
+from feeler.provenance import to_json
 from feeler.validation import checked
 
 # The pictures of a section: PNG files, and pages of one PDF.
@@ -235,21 +236,6 @@ def make_spread(value: float, low: float, high: float, *, n: int) -> dict[str, f
 def make_interval(mean: float, half: float, *, n: int) -> dict[str, float]:
     """``mean`` ± ``half`` of ``n`` draws."""
     return make_spread(mean, mean - half, mean + half, n=n)
-
-
-def to_json(value: object) -> object:
-    """Arrays, NumPy scalars and mappings as JSON knows them; what is not a number becomes null."""
-    if hasattr(value, "values") and not isinstance(value, dict):
-        value = value.values
-    if isinstance(value, dict):
-        return {str(key): to_json(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | list | tuple):
-        return [to_json(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
 def _show(cell: object) -> str:

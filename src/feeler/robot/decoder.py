@@ -44,7 +44,7 @@ from feeler.validation import Count, Seed, checked
 
 _KIND, _VERSION = "RobotDecoder", 1
 _PARTS = "whole", "live", "watch"
-_DROPPED, _DRAWS = (1, 2), 6  # [C] sensors left out at random, and how often
+_DROPPED, _DRAWS = (1, 2, 3), 6  # [C] sensors left out at random, and how often
 _MOST_KEPT = 8  # [C] decoders in the cache
 
 

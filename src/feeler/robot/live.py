@@ -18,7 +18,7 @@ from feeler.robot.sensors import SensorCalibration
 from feeler.robot.surrogate import subtract_rest
 
 _IN_A_ROW = 20  # [C] samples outside what is possible, from which on the unit must be wrong
-_KEPT = 60_000  # samples that are judged as a whole: a minute at 1 kHz
+_KEPT = 2000  # [C] samples kept while nothing touches; the touch and they are judged as a whole
 _EVERY = 100  # [C] samples between two judgements of the whole touch
 
 
@@ -136,7 +136,7 @@ class _LiveTouch:
     answer : Answer | None
         The latest judgement of the whole touch.
     kept : deque
-        (time [ms] or None, angles (sensor,), state) of the latest samples.
+        (time [ms] or None, angles (sensor,), state) of the touch, and of the 2000 samples before.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class _LiveTouch:
         self.stream = decoder.start()
         self._classifier, self._antenna, self._before = classifier, antenna, before
         self._labels = dict(labels or {})
-        self.kept: deque[tuple[float | None, np.ndarray, StreamState]] = deque(maxlen=_KEPT)
+        self.kept: deque[tuple[float | None, np.ndarray, StreamState]] = deque()
         self.begin()
 
     def begin(self) -> None:
@@ -169,6 +169,8 @@ class _LiveTouch:
             angle[self._gone] = np.nan
         state = self.stream.update(angle, time)
         self.kept.append((time, angle, state))
+        if state.since_contact < 0 and len(self.kept) > _KEPT:
+            self.kept.popleft()
         if state.since_contact >= self._due:
             self._due = state.since_contact + _EVERY
             found = self._judge(untruncated=True)

@@ -12,7 +12,7 @@ import os
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -365,10 +365,9 @@ def _open(part: Path) -> contextlib.AbstractContextManager[_Bag]:
 @contextlib.contextmanager
 def _open_mcap(part: Path) -> Iterator[_Bag]:
     from mcap.reader import make_reader
-    from mcap_ros2.decoder import DecoderFactory
 
     with open(part, "rb") as stream:
-        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        reader = make_reader(stream)
         try:
             summary = reader.get_summary()
         except (
@@ -377,7 +376,7 @@ def _open_mcap(part: Path) -> Iterator[_Bag]:
             summary = None
         if summary is None:
             stream.seek(0)
-            yield _salvage(stream, DecoderFactory())
+            yield _salvage(stream)
             return
         channels, schemas = summary.channels, summary.schemas
         counts, ends = _count_messages(reader, summary.statistics)
@@ -388,10 +387,7 @@ def _open_mcap(part: Path) -> Iterator[_Bag]:
             },
             counts={c.topic: counts.get(number, 0) for number, c in channels.items()},
             ends=ends,
-            read=lambda topic: (
-                (item.decoded_message, item.message.publish_time)
-                for item in reader.iter_decoded_messages(topics=[topic])
-            ),
+            read=lambda topic: _decode(reader.iter_messages(topics=[topic])),
             notes={
                 name: text
                 for record in reader.iter_metadata()
@@ -399,6 +395,23 @@ def _open_mcap(part: Path) -> Iterator[_Bag]:
                 for name, text in dict(record.metadata).items()
             },
         )
+
+
+def _decode(found: Iterable[tuple[Any, Any, Any]]) -> Iterator[tuple[Any, int]]:
+    """Messages of (schema, channel, record), and when each was sent [ns]."""
+    from mcap_ros2.decoder import DecoderFactory
+
+    factory = DecoderFactory()
+    for schema, channel, record in found:
+        if decode := factory.decoder_for(channel.message_encoding, schema):
+            yield decode(_unpack_message(record.data)), record.publish_time
+
+
+def _unpack_message(data: bytes) -> bytes:
+    """A message, which ros2 bag record may have compressed by itself (compression_mode: message);
+    what is plain begins with its byte order, never with zstd's mark.
+    """
+    return _unpack_chunk("zstd", data) if data.startswith(_ZSTD) else data
 
 
 def _unpack_chunk(compression: str, data: bytes) -> bytes:
@@ -414,7 +427,7 @@ def _unpack_chunk(compression: str, data: bytes) -> bytes:
     return data
 
 
-def _salvage(stream: Any, factory: Any) -> _Bag:
+def _salvage(stream: Any) -> _Bag:
     """What is whole of an MCAP that was not closed, read from its beginning."""
     from mcap.records import Channel, Chunk, Message, Metadata, Schema
     from mcap.stream_reader import StreamReader
@@ -461,13 +474,9 @@ def _salvage(stream: Any, factory: Any) -> _Bag:
     times = [message.log_time for message in messages]
 
     def read(topic: str) -> Iterator[tuple[Any, int]]:
-        for message in sorted(messages, key=lambda one: one.log_time):
-            channel = channels[message.channel_id]
-            decode = factory.decoder_for(
-                channel.message_encoding, schemas.get(channel.schema_id)
-            )
-            if channel.topic == topic and decode is not None:
-                yield decode(message.data), message.publish_time
+        ordered = sorted(messages, key=lambda one: one.log_time)
+        found = [(channels[message.channel_id], message) for message in ordered]
+        return _decode((schemas.get(c.schema_id), c, m) for c, m in found if c.topic == topic)
 
     kinds = {
         c.topic: s.name if (s := schemas.get(c.schema_id)) else "" for c in channels.values()
@@ -510,7 +519,7 @@ def _open_rosbag(part: Path) -> Iterator[_Bag]:
                 counts={name: about.msgcount for name, about in reader.topics.items()},
                 ends=(reader.start_time, reader.end_time) if reader.message_count else (),
                 read=lambda topic: (
-                    (reader.deserialize(raw, connection.msgtype), sent)
+                    (reader.deserialize(_unpack_message(raw), connection.msgtype), sent)
                     for connection, sent, raw in reader.messages(
                         [c for c in reader.connections if c.topic == topic]
                     )

@@ -616,7 +616,17 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         if rows.size <= _EAGER:
             labels = {n: v for n, v in dataset.variables.items() if v.dims == ("trial",)}
             dataset = dataset.assign({n: _fix_width(v).load() for n, v in labels.items()})
-        return _list_made(dataset.drop_encoding(), made)
+        dataset = dataset.drop_encoding()
+        for name, item in dataset.variables.items():
+            if item.dtype.kind in "UOT":
+                item.encoding["dtype"] = np.dtypes.StringDType()  # what Zarr v3 defines
+            elif item.ndim > 1 and name in root and item.dims[0] == "trial":
+                item.encoding |= {key: getattr(root[name], key) for key in ("chunks", "shards")}
+                whole = dict(
+                    zip(item.dims, root[name].shards or root[name].chunks, strict=True)
+                )
+                item.encoding["preferred_chunks"] = whole
+        return _list_made(dataset, made)
 
 
 _EMPTY = "the store {} holds no finished trial yet. Let the simulation go on."

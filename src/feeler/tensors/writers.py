@@ -355,6 +355,7 @@ def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write one touch a row: each variable over trials is a column, ``angle`` a list of sensors of
     lists of samples; labels stand beside it, a coordinate ``split`` (trial,) among them.
 
+    A column ``label`` numbers the objects' names; ``datasets`` reads it as a ``ClassLabel``.
     What has no trials (time, sensors) and all attributes are JSON in the file's metadata.
 
     Raises
@@ -376,10 +377,18 @@ def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     content = _describe_whole(dataset.drop_vars(names))
     content["columns"] = {name: described[name] for name in names}
     notes = {DESCRIPTION: json.dumps(content, ensure_ascii=True)}
+    labels: dict[str, np.ndarray] = {}
+    if "feature" in names and "label" not in dataset.variables:
+        classes, labels["label"] = np.unique(dataset["feature"].values, return_inverse=True)
+        feature = {"_type": "ClassLabel", "names": [*map(str, classes)]}
+        notes["huggingface"] = json.dumps({"info": {"features": {"label": feature}}})
 
     def make_rows(start: int) -> Any:
-        part = dataset.isel(trial=slice(start, start + _TOUCHES_AT_ONCE))
-        return pa.table({name: _make_column(part.variables[name].values) for name in names})
+        at = slice(start, start + _TOUCHES_AT_ONCE)
+        part = dataset.variables
+        found = {name: part[name][at].values for name in names}
+        found |= {name: values[at].astype(np.int64) for name, values in labels.items()}
+        return pa.table({name: _make_column(values) for name, values in found.items()})
 
     first = make_rows(0)
     schema = first.schema.with_metadata(notes)
