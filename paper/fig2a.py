@@ -68,7 +68,7 @@ def show(context: Context, section: Section) -> None:
         ["profile", "mode 1 [Hz]", "mode 2 [Hz]", "ζ of mode 1", "Σ 1/k [rad/N·mm]"],
         rows,
         "Small oscillations of the clamped, straight antenna, the frequencies undamped. ζ is"
-        " exact where damping is proportional to stiffness, as in 'constant' and 'matched'; how"
+        " exact where damping is proportional to stiffness, as in 'uniform' and 'matched'; how"
         " the touched antenna decays is under Calibration. 'matched' is of uniform stiffness,"
         " with the total compliance Σ 1/k of 'exponential'.",
     )

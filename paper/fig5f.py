@@ -27,7 +27,7 @@ from paper.fig4 import prepare, span
 from paper.scale import Scale
 from paper.window import WINDOWS, complete_tensors
 
-_PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+_PAPER = {"exponential": 1.9, "linear": 2.7, "uniform": 2.8}  # bits, mean over three bases [P]
 
 
 _Entropies = Mapping[str, np.ndarray]

@@ -282,7 +282,7 @@ def _compare(context: Context, section: Section) -> None:
     speeds, profiles = list(found["speed"].values()), found["profile"]
     _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
     _keep_agreement(
-        section, "profile", {"graded": profiles["linear"], "constant": profiles["constant"]}
+        section, "profile", {"graded": profiles["linear"], "uniform": profiles["uniform"]}
     )
 
 

@@ -22,7 +22,7 @@ _Cells = Mapping[str, Any]
 FEW = ("both planes", "one side")
 """Layouts that are asked of all antennas; the others only of the published one, in space."""
 _PUBLISHED = "exponential"
-_OTHERS = ("linear", "constant", "matched")
+_OTHERS = ("linear", "uniform", "matched")
 _MARKS = {"templates": ("o", PALETTE[0]), "lda": ("s", PALETTE[1])}
 _READ_BY = {"templates": "normal distributions with scatter", "lda": "LDA"}
 

@@ -64,7 +64,7 @@ def tensors():
     return {
         "exponential": make_tensors(2.0),
         "linear": make_tensors(0.8),
-        "constant": make_tensors(0.1),
+        "uniform": make_tensors(0.1),
     }
 
 
@@ -94,7 +94,7 @@ def test_accuracies_are_listed_for_every_number_of_copies(data):
 def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
     listed = list_groups(tensors)
     assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
-    assert list(listed["profile"]) == ["exponential", "linear", "constant"]
+    assert list(listed["profile"]) == ["exponential", "linear", "uniform"]
     labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
     assert len(set(labels)) == 1 and len(labels[0]) == 12
 
@@ -109,7 +109,7 @@ def test_figures_draw_every_group(data, plot):
         for ax in figure.findobj(matplotlib.axes.Axes)
         for t in ax.findobj(matplotlib.text.Text)
     }
-    assert {"exponential", "linear", "constant", "0.06 m/s", "0.6 m/s"} <= written
+    assert {"exponential", "linear", "uniform", "0.06 m/s", "0.6 m/s"} <= written
 
 
 @pytest.mark.long
@@ -124,7 +124,7 @@ def test_one_antenna_alone_still_has_its_speeds(tensors):
 @pytest.mark.long
 def test_comparison_page_is_whole(tensors, tmp_path):
     found = compare_antennas(
-        {"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN
+        {"<a>": tensors["exponential"], "b": tensors["uniform"]}, SumEncoder(), plan=PLAN
     )
     page = write_comparison(found, tmp_path / "sub" / "page.html").read_text()
     assert "&lt;a&gt; against b" in page and "data:image/" in page
@@ -137,7 +137,7 @@ def test_comparison_page_is_whole(tensors, tmp_path):
 
 
 def test_antennas_may_have_different_numbers_of_sensors(tensors):
-    fewer = tensors["constant"].isel(sensor=slice(None, None, 2))
+    fewer = tensors["uniform"].isel(sensor=slice(None, None, 2))
     found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), plan=PLAN)
     alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), plan=PLAN)
     # each antenna's own tensors, however many sensors its neighbour has

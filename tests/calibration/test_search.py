@@ -156,13 +156,13 @@ def test_families_are_the_profiles_that_they_name():
     n, small = np.arange(12), make_small()
     build = {
         name: make_hinges(name, small).build
-        for name in ("exponential", "linear", "constant", "scale", "tilt")
+        for name in ("exponential", "linear", "uniform", "scale", "tilt")
     }
     x = n / 12 - 0.5  # of the hinges, from the middle
     expected = {
         "exponential": ((3.0, 2.0, -0.1, -0.2), 3.0 * np.exp(-0.1 * n), 2.0 * np.exp(-0.2 * n)),
         "linear": ((3.0, 1.0, 2.0, 0.5), np.linspace(3.0, 1.0, 12), np.linspace(2.0, 0.5, 12)),
-        "constant": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
+        "uniform": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
         "scale": ((3.0, 2.0), 3.0 * small.stiffness, 2.0 * small.damping),
         "tilt": (
             (3.0, 2.0, 0.5, -1.0),
@@ -224,13 +224,13 @@ def test_what_is_searched_as_a_logarithm_has_a_least_value(low):
         type(hinges)(**{**vars(hinges), "low": np.array(low)})
 
 
-@pytest.mark.parametrize("profile", ["exponential", "linear", "constant"])
+@pytest.mark.parametrize("profile", ["exponential", "linear", "uniform"])
 def test_stiffness_and_damping_are_searched_as_logarithms(profile):
     hinges = make_hinges(profile, cockroach())
     assert hinges.positive == tuple(unit != "1/joint" for unit in hinges.units)
 
 
-@pytest.mark.parametrize(("profile", "hinges_meant"), [("linear", [0, -1]), ("constant", [0])])
+@pytest.mark.parametrize(("profile", "hinges_meant"), [("linear", [0, -1]), ("uniform", [0])])
 def test_controls_start_near_what_was_fitted_and_are_bound_by_whole_decades(
     profile, hinges_meant
 ):
@@ -273,7 +273,7 @@ def test_a_tilted_profile_may_rise_or_fall_from_base_to_tip_by_e_to_the_eighth()
     )  # a factor e, and an eighth of the range
 
 
-@pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale", "tilt"])
+@pytest.mark.parametrize("name", ["exponential", "linear", "uniform", "scale", "tilt"])
 def test_families_turn_parameters_to_logarithms_and_back(name):
     hinges = make_hinges(name, make_small())
     np.testing.assert_allclose(hinges.to_p(hinges.to_x(hinges.start)), hinges.start, rtol=1e-14)

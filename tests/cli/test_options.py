@@ -201,11 +201,11 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
         return antenna, 33.0
 
     monkeypatch.setattr("feeler.comparison.touch_whole", touch)
-    words = ("compare", "linear", "constant", "--speed", 0.37, "--seed", 7, "--reader", "svm")
+    words = ("compare", "linear", "uniform", "--speed", 0.37, "--seed", 7, "--reader", "svm")
     place = "feeler.comparison.compare_antennas"
     told = hear(monkeypatch, place, *words, "--scale", "smoke", "--out", tmp_path / "a.html")
     assert touched == [({0.37}, 7)] * 2
-    assert [*told[0]] == ["linear", "constant"] and told[1].random_state == 7
+    assert [*told[0]] == ["linear", "uniform"] and told[1].random_state == 7
     assert (told["reader"], told["random_state"]) == ("svm", 7)
     assert told["plan"] == EFFORTS["smoke"].plan
 

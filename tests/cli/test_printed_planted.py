@@ -91,7 +91,7 @@ def test_wall_says_what_is_undefined(monkeypatch):
     sweep = SimpleNamespace(contact=np.ones(4, int), inverted=np.ones(4, int))
     plant(monkeypatch, wall, approach=lambda *_: sweep, map_distance=lambda sweep: found)
     assert "undefined: the peak stays at one place (2 peaks at the base hinge)" in run(
-        "wall", "constant"
+        "wall", "uniform"
     )
 
 

@@ -68,13 +68,13 @@ def test_fig4(touched):
 
 def test_fig5f(touched):
     data = fig5f.compute(
-        {"exponential": touched, "constant": make_dataset(width=5)}, effort=QUICK
+        {"exponential": touched, "uniform": make_dataset(width=5)}, effort=QUICK
     )
     entropy = data.entropy["histogram of [0, 1]"]
     means = {name: np.nanmean(values[0]) for name, values in entropy.items()}
     assert min(means, key=means.get) == "exponential"
-    assert data.entropy["probability mass"]["constant"].shape == (1, 3)  # restart, component
-    assert set(data.mapping) == {"exponential", "constant"}
+    assert data.entropy["probability mass"]["uniform"].shape == (1, 3)  # restart, component
+    assert set(data.mapping) == {"exponential", "uniform"}
     draw(fig5f.plot, data)
 
 

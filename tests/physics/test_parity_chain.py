@@ -25,7 +25,7 @@ from feeler.presets import make_preset
 from .mesh import make_like_mujoco, run_like_mujoco, take_over
 from .scenes import HOOK, make_stub, touch
 
-PROFILES = ("exponential", "linear", "constant")
+PROFILES = ("exponential", "linear", "uniform")
 MESHES = ("triangle", "outline")
 # MuJoCo stores the corners of a mesh in single precision, which turns a slanted triangle by up to
 # 1e-7 rad
@@ -72,7 +72,7 @@ def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
     spread on the chain.
 
     Five times, because that error enters once at the start, while MuJoCo's search for the distance
-    to a mesh leaves one of this size at every step. Chaotic is for example the constant profile at
+    to a mesh leaves one of this size at every step. Chaotic is for example the uniform profile at
     0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both engines have the same corners here; with exact
     ones (the next test) the single precision of MuJoCo's is what a chaotic scene shows.
     """

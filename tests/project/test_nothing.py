@@ -200,7 +200,7 @@ def test_nothing_bears_out_nothing_on_speed_gradient_and_bounds(touched, stateme
 def _find_wall_values(rng):
     """Peaks anywhere along the antenna, and in every set-up; the sliding tensors are white."""
     names, n_set_ups, distance = (
-        ("exponential", "linear", "constant"),
+        ("exponential", "linear", "uniform"),
         120,
         np.arange(25.0, 5, -2),
     )

@@ -26,7 +26,7 @@ def test_profiles_have_one_compliance_and_one_damping_time():
             antenna.damping / antenna.stiffness, robot.damping[0] / robot.stiffness[0]
         )
         assert antenna.name == f"robot {name}"
-    assert np.ptp(profiles["constant"].stiffness) == 0
+    assert np.ptp(profiles["uniform"].stiffness) == 0
     exponential = profiles["exponential"].stiffness
     np.testing.assert_allclose(exponential[1:] / exponential[:-1], 0.1 ** (1 / 7))
 

@@ -145,7 +145,7 @@ def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, 
 
 @pytest.mark.further
 @pytest.mark.parametrize(
-    "names", [["exponential"], ["exponential", "linear", "constant", "matched"]]
+    "names", [["exponential"], ["exponential", "linear", "uniform", "matched"]]
 )
 def test_the_legend_fits_into_the_figure(declared, measured, names):
     with style():

@@ -22,7 +22,7 @@ SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 PROFILE_COLOURS = {
     "exponential": "#0072B2",
     "linear": "#D55E00",
-    "constant": "#009E73",
+    "uniform": "#009E73",
     "matched": "#CC79A7",
 }
 # Tol's muted scheme and two of Okabe & Ito's that no profile has: other meanings, other colours
