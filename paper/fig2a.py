@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.files import SOURCE_TAGS
 from feeler.plotting.antennas import plot_posture, plot_profiles
-from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
+from feeler.plotting.style import ANTENNA_COLOURS, PALETTE, mark_panels
 from feeler.presets import FACTS
 from feeler.report.page import Section
 from paper.context import Context
@@ -35,6 +35,7 @@ def plot(antenna: Antenna, figure: Figure) -> None:
     )
     ax.spines.left.set_visible(False)
     plot_profiles(antenna, [figure.add_subplot(grid[1, i]) for i in range(4)])
+    mark_panels(figure.axes[:2], "ac")
 
 
 def show(context: Context, section: Section) -> None:

@@ -96,9 +96,10 @@ def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:
     ]
 
 
-def mark_panel(ax: Axes, letter: str) -> None:
-    """The panel's letter, bold, above its upper left corner."""
-    ax.set_title(letter, loc="left", fontweight="bold", fontsize=9)
+def mark_panels(axes: Any, letters: str = "abcdefghi") -> None:
+    """A letter for each panel, bold, above its upper left corner."""
+    for letter, ax in zip(letters, np.ravel(axes), strict=False):
+        ax.set_title(letter, loc="left", fontweight="bold", fontsize=9)
 
 
 @checked
