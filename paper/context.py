@@ -93,7 +93,7 @@ class Context:
             return {OWN: self.antenna}
         return {
             "exponential": self.antenna,
-            **{name: cockroach(name) for name in ("linear", "constant", "matched")},
+            **{name: cockroach(name) for name in ("linear", "uniform", "matched")},
         }
 
     def describe(self, reads: Sequence[str] = KEYED) -> dict[str, object]:

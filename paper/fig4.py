@@ -28,7 +28,7 @@ from feeler.encoding import (
 )
 from feeler.encoding.inputs import check_choice
 from feeler.plotting import plot_bases
-from feeler.plotting.style import BASIS_COLOURS, mark_panel
+from feeler.plotting.style import BASIS_COLOURS, mark_panels
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
 from paper.cache import keep
@@ -242,8 +242,7 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
     _plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    for letter, ax in zip("bcd", (above, below, axes[0, 0]), strict=True):
-        mark_panel(ax, letter)
+    mark_panels((above, below, axes[0, 0]), "bcd")
 
 
 def show(context: Context, section: Section) -> None:

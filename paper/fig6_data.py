@@ -159,7 +159,7 @@ def load(context: Context) -> SimpleNamespace:
 
 # The eight-segment model, compared by speed and by stiffness profile as the insect's is.
 
-_PROFILES = ("exponential", "linear", "constant")
+_PROFILES = ("exponential", "linear", "uniform")
 # [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
 _TIP_SHARE = 0.1
 _DURATION = 2600.0  # ms, the longest slow touch
@@ -176,7 +176,7 @@ def make_profiles() -> dict[str, Antenna]:
     shapes = {
         "exponential": _TIP_SHARE**steps,
         "linear": linear.stiffness,
-        "constant": np.ones(linear.n_segments),
+        "uniform": np.ones(linear.n_segments),
     }
     time = linear.damping[0] / linear.stiffness[0]
     profiles = {}

@@ -17,7 +17,7 @@ from feeler.decoding.classifiers import make_lda
 from feeler.decoding.observers import TemplateClassifier
 from feeler.objects import NOISES, Noise, Nuisances, Task
 from feeler.objects.trials import LEAD, SPEEDS, make_features
-from feeler.plotting.style import mark_panel, pick_colours
+from feeler.plotting.style import mark_panels, pick_colours
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from feeler.tradeoff import average_sets
@@ -151,9 +151,9 @@ def plot(
             ax.set(xscale="log", ylim=(0, 103))
             ax.set_xlabel(f"SD [{'rad' if kind == 'absolute' else 'of the peak'}]")
         row[0].set_ylabel(f"accuracy [%]\n{kind} noise")
-    for letter, ax, case in zip("abcd", axes[0], CASES, strict=True):
+    for ax, case in zip(axes[0], CASES, strict=True):
         ax.set_title(case.replace(", ", ",\n"), fontsize=8)
-        mark_panel(ax, letter)
+    mark_panels(axes)
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(names))
 

@@ -51,6 +51,19 @@ NAMES = {
 }
 """By module, its old names and the new ones."""
 
+ANTENNAS = {"constant": "uniform"}
+"""Old names of antennas and the new ones."""
+
+
+def rename_antenna(name: str) -> str:
+    """What an antenna, or a family of hinges, is called now; an old name is answered with a line
+    that says so.
+    """
+    if (new := ANTENNAS.get(name, name)) != name:
+        words = f"the antenna {name!r} is now {new!r}; the old name is read until feeler 0.5."
+        warnings.warn(words, FutureWarning, stacklevel=2)
+    return new
+
 
 def find_renamed(module: str) -> Callable[[str], Any]:
     """``__getattr__`` of a module: what an old name of it is called now, with a warning."""

@@ -18,7 +18,13 @@ from scipy.special import stdtrit
 from feeler.errors import InvalidInput
 from feeler.files import ensure_folder, read_shipped, write_text
 from feeler.objects import Task
-from feeler.plotting.style import NOISE_COLOURS, mark_places, pick_colours, pick_shades
+from feeler.plotting.style import (
+    NOISE_COLOURS,
+    mark_panels,
+    mark_places,
+    pick_colours,
+    pick_shades,
+)
 from feeler.provenance import to_json
 from feeler.report import Section, write_page
 from feeler.study import Study
@@ -148,6 +154,7 @@ def _plot_tradeoff(
     figure.legend(handles=marks, loc="outside lower center", ncols=3)
     low = grid[1, 2].subgridspec(2, 1)
     _plot_costs(measured, [figure.add_subplot(low[k]) for k in range(2)])
+    mark_panels(figure.axes)
 
 
 def _plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
@@ -310,10 +317,10 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: St
     brackets = ", in brackets the range that the sets do not tell from it" * told
     section.figure(
         "tradeoff",
-        "Accuracy of an ideal observer at each speed, against time and distance since contact"
-        f" (first antenna, one noise floor); the best speed for each deadline{bars}; bits of whole"
-        " touches and (dashed) at equal distance and equal number of samples; work on the antenna"
-        " and peak force.",
+        "a, b: accuracy of an ideal observer at each speed, against time and distance since contact"
+        f" (first antenna, absolute noise); c: the best speed for each deadline{bars}; d, e: bits"
+        " of untruncated touches and (dashed) at equal distance and equal number of samples; f, g:"
+        f" work on the antenna and peak force. n = {study.sets} set(s) of touches.",
         lambda figure: _plot_tradeoff(measured, study.shown, figure),
         height=4.8,
     )

@@ -35,7 +35,7 @@ def make_antennas(reference: Antenna) -> dict[str, Antenna]:
     """The graded antenna, and controls with one stiffness everywhere."""
     return {
         "graded": reference,
-        "refitted": cockroach("constant"),
+        "refitted": cockroach("uniform"),
         "total": make_graded(reference, 0.0),
         "tip": make_graded(reference, 0.0, "tip"),
     }

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import PALETTE
+from feeler.plotting.style import PALETTE, mark_panels
 from feeler.report import Section
 from paper.context import Context
 from studies.amplitude.measure import AMPLITUDES, CLASSIFIERS
@@ -133,6 +133,7 @@ def plot(values: Mapping[str, Any], figure: Figure) -> None:
             ax.set_title(f"{law} noise")
         if not column:
             ax.set_ylabel(f"{_TITLES[classifier]}\ngain [points]")
+    mark_panels(figure.axes)
     handles = [
         Line2D([], [], color=colour, marker="o", ls="", label=f"uniform, {words}")
         for colour, words in zip(PALETTE, CONTROLS.values(), strict=False)
@@ -169,7 +170,7 @@ def show(_context: Context, section: Section) -> None:
         "Accuracy of the graded antenna less that of three uniform ones, 0.3 m/s, touches that are"
         " known or held out. Open marks: the uniform antenna's tensors multiplied so that their"
         " peak or root mean square is the graded one's, which changes nothing in relative noise."
-        " Bars: 95 % over sets of touches.",
+        f" Bars: 95 % CI over {asked['sets']} sets of resampled touches.",
         lambda figure: plot(values, figure),
         height=6.0,
         numbers=plain,

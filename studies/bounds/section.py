@@ -27,7 +27,7 @@ from feeler.analysis import (
 from feeler.antenna.segments import Antenna
 from feeler.draw import LogRange
 from feeler.objects import Nuisances, Task, Trial, make_feature
-from feeler.plotting.style import PALETTE, mark_places
+from feeler.plotting.style import PALETTE, mark_panels, mark_places
 from feeler.report.page import Section, make_spread
 from feeler.tradeoff import UNITS_OF_NOISE
 from paper.context import Context
@@ -198,6 +198,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
                 ax.yaxis,
                 [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]],
             )
+    mark_panels(figure.axes)
     marks = figure.axes[3].get_legend_handles_labels()
     figure.legend(*marks, loc="outside lower center", ncols=len(marks[1]))
 
@@ -279,8 +280,9 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "bounds",
-        "Error (root mean square) of each estimator against noise, and the Cramér–Rao bound;"
-        f" {asked['shapes'][0]}.",
+        "Root mean square error of each estimator against noise, and the Cramér–Rao bound of"
+        f" unbiased ones, below which biased ones may lie; {asked['shapes'][0]}, n ="
+        f" {asked['test']} touches. a–c: relative noise; d–f: absolute.",
         lambda figure: plot(data, asked, figure),
         height=4.4,
         numbers={

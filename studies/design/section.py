@@ -13,7 +13,7 @@ from feeler.design import Constraints, DesignTask, score
 from feeler.files import read_shipped
 from feeler.objects import Ball, Trial
 from feeler.objects.noise import Common, Relative
-from feeler.plotting.style import NOISE_COLOURS, PALETTE, pick_colours
+from feeler.plotting.style import NOISE_COLOURS, PALETTE, mark_panels, pick_colours
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
@@ -55,7 +55,7 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     for colour, one in zip(PALETTE, final["seeds"].values(), strict=False):
         axes[1].plot(x, 100 * np.array(one["errors"]), "o", ms=3, color=colour)
     axes[1].set_xticks(x, [f"{v:g}" for v in final["speeds"]])
-    axes[1].set(xlabel="speed [m/s]", ylabel="wrong on fresh touches [%]")
+    axes[1].set(xlabel="speed [m/s]", ylabel="error rate, held-out touches [%]")
     axes[1].legend()
     for noise, family in stored.get("family", {}).items():
         colour = NOISE_COLOURS[noise]
@@ -79,6 +79,7 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
         count, cost = np.array(one["history"]).T
         axes[3].step(count, cost, where="post", color=colour)
     axes[3].set(xlabel="antennas simulated", ylabel="missing bits, touches of the search")
+    mark_panels(figure.axes)
 
 
 def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
@@ -128,9 +129,10 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "design",
-        "Stiffness of five searched splines (colours) and of the paper's antenna (black); their"
-        " errors on the final draws at three speeds; where far starts of the exponential family"
-        " (bars) went (crosses: the paper's); the searches.",
+        "a: stiffness of five searched splines (colours) and of the paper's antenna (black); b:"
+        " their error rates on the final draws at three speeds (one evaluation each, no interval);"
+        " c: where far starts of the exponential family (bars) went (crosses: the paper's); d: the"
+        " searches.",
         lambda figure: plot(stored, context.antenna, figure),
         height=4.8,
         numbers=stored,

@@ -15,7 +15,7 @@ from feeler.analysis import compute_information, find_noise, scale_peaks
 from feeler.antenna.segments import Antenna
 from feeler.design import match_compliance
 from feeler.objects.trials import LOCATIONS
-from feeler.plotting.style import pick_colours
+from feeler.plotting.style import mark_panels, pick_colours
 from feeler.report import Section, make_interval
 from feeler.study import Study
 from feeler.tensors.transforms import in_unit
@@ -149,11 +149,12 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
             ax.set_ylabel("bits" if field == "bits" else "bits, place known")
             ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
             ax.locator_params(axis="x", nbins=4)
+    mark_panels(figure.axes)
     marks = figure.axes[0].get_legend_handles_labels()[0] + [
         Line2D([], [], color=_GREY, ls=":", label="published rate")
     ]
     if _CONTACT in data["rate"].values:
-        cross = "even, as soft at the contact as the graded one"
+        cross = "uniform, as soft at the contact as the graded one"
         marks.append(Line2D([], [], color=_GREY, marker="x", ls="", label=cross))
     figure.legend(handles=marks, loc="outside lower center", ncols=4)
 
@@ -190,9 +191,9 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "gradient",
-        "Bits of thirty touches (above), and bits on the object where its place is known (below),"
-        " against the gradient; dotted: the published rate; crosses: even, with the contact's"
-        " compliance matched.",
+        "a, b: bits of thirty touches against the gradient; c, d: bits on the object where its"
+        " location is known; dotted: the published rate; crosses: uniform, with the contact's"
+        f" compliance matched. Bars: 95 % CI over {study.sets} sets of resampled touches.",
         lambda figure: plot(data, study, figure),
         height=4.9,
         numbers=data.to_dict(),

@@ -16,7 +16,7 @@ from feeler.analysis import compute_information_known_noise, find_told
 from feeler.antenna.segments import Antenna
 from feeler.decoding import IdealObserver
 from feeler.objects import Mixed
-from feeler.plotting.style import PALETTE, mark_places, pick_shades
+from feeler.plotting.style import PALETTE, mark_panels, mark_places, pick_shades
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from feeler.tradeoff import average_sets, load_declared
@@ -220,6 +220,7 @@ def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> Non
     for ax in (best, lag):
         ax.set(xscale="log", xlabel="bend at which both noises are equal [rad]")
         mark_places(ax.xaxis, [0.0003, 0.003, 0.03, 1.0])
+    mark_panels(figure.axes)
     handles, labels = best.get_legend_handles_labels()
     handles.append(Line2D([], [], color="#888888", ls=":"))
     figure.legend(handles, [*labels, "published rate"], loc="outside lower center", ncols=2)
@@ -291,11 +292,10 @@ def show(context: Context, section: Section) -> None:
     section.text(said)
     section.figure(
         "receptor",
-        "Above: touches classified correctly against the stiffness rate, in noise in which"
-        " the published"
-        " antenna (dotted) names three in four; a colour for each bend at which floor and growing"
-        " noise are equal. Below: the best rate of the family, and how far the published one is"
-        " behind it, against that bend. Bars: 95 % over sets of touches.",
+        "a, b: accuracy against the stiffness rate, in noise in which that of the published antenna"
+        " (dotted) is 75 %; a colour for each bend at which absolute and growing noise are equal."
+        " c: the best rate of the family; d: how far the published one is behind it, against that"
+        f" bend. Bars: 95 % CI over {found['main'].sizes['set']} sets of resampled touches.",
         lambda figure: plot(found, asked["resamples"], figure),
         height=5.4,
         numbers={name: data.to_dict() for name, data in found.items()},

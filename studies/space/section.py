@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import PALETTE
+from feeler.plotting.style import PALETTE, mark_panels
 from feeler.report import Section
 from paper.context import Context
 from studies.spikes.found import average, find_least, say_mean
@@ -22,7 +22,7 @@ _Cells = Mapping[str, Any]
 FEW = ("both planes", "one side")
 """Layouts that are asked of all antennas; the others only of the published one, in space."""
 _PUBLISHED = "exponential"
-_OTHERS = ("linear", "constant", "matched")
+_OTHERS = ("linear", "uniform", "matched")
 _MARKS = {"templates": ("o", PALETTE[0]), "lda": ("s", PALETTE[1])}
 _READ_BY = {"templates": "normal distributions with scatter", "lda": "LDA"}
 
@@ -102,7 +102,8 @@ def plot(cells: _Cells, figure: Figure) -> None:
     left.set(ylabel="accuracy [%]", xlim=(-0.5, len(names) - 0.5), ylim=(0, 104))
     right.set_yticks(range(len(layouts)), layouts)
     right.invert_yaxis()
-    right.set(xlabel="classified correctly by the published antenna [%]", xlim=(0, 104))
+    right.set(xlabel="accuracy of the published antenna [%]", xlim=(0, 104))
+    mark_panels(figure.axes)
     handles, labels = left.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
 
@@ -130,9 +131,9 @@ def show(_context: Context, section: Section) -> None:
     )
     section.figure(
         "space",
-        "Touches classified correctly, of twenty kinds. Left: by antenna; open marks: sensors"
-        " on one side"
-        " only. Right: the published antenna by where its sensors sit. Bars: 95 % over sets.",
+        "Accuracy, twenty classes. a: by antenna; open marks: sensors on one side only. b: the"
+        " published antenna by where its sensors sit. Bars: 95 % CI over"
+        f" {values['space.sets']} sets of resampled touches.",
         lambda figure: plot(cells, figure),
         height=4.2,
         numbers={name: one["value"] for name, one in values.items() if isinstance(one, dict)},

@@ -42,7 +42,7 @@ from paper.reproduce import STAGES
 from paper.stage import run_stage
 from studies.spikes.study import SpikeStudy, load_spiking
 
-PROFILES = ("exponential", "constant", "linear")  # the last is read by two variants only
+PROFILES = ("exponential", "uniform", "linear")  # the last is read by two variants only
 RUNS: dict[str, dict[str, Any]] = {
     "ideal": {"codes": ("ideal",), "each": 1},
     "learn": {"codes": ("counts", "first", "onset")},

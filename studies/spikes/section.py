@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import mark_places, pick_colours
+from feeler.plotting.style import mark_panels, mark_places, pick_colours
 from feeler.report import Section
 from paper.context import Context
 from paper.declared import CLAIMED
@@ -63,9 +63,10 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
             plot_spreads(by_profile, x, spreads, fmt=style, color=colour, mfc=fill, **_LOOK)
     by_time.set(ylabel="accuracy [%]", ylim=(0, 104))
     by_profile.set_xticks(range(len(CLAIMED)), CLAIMED)
-    by_profile.set(ylabel="classified correctly by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
+    by_profile.set(ylabel="accuracy by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
     _plot_places(found, by_place)
     _plot_changes(found, by_change)
+    mark_panels(figure.axes)
     _explain(figure)
 
 
@@ -87,7 +88,7 @@ def _plot_places(found: Found, ax: Axes) -> None:
         plot_spreads(ax, places.values(), spreads, fmt=style, color=colour, **_LOOK)
     ax.set_xscale("log")
     mark_places(ax.xaxis, places.values())
-    ax.set(xlabel="places with sensilla", ylabel="slow touches right [%]", ylim=(0, 104))
+    ax.set(xlabel="places with sensilla", ylabel="accuracy, slow touches [%]", ylim=(0, 104))
 
 
 def _plot_changes(found: Found, ax: Axes) -> None:
@@ -102,7 +103,7 @@ def _plot_changes(found: Found, ax: Axes) -> None:
     words = ["as drawn (Poisson)" if name == "own" else name for name in shown]
     ax.set_yticks(range(len(shown)), words)
     ax.invert_yaxis()
-    ax.set(xlabel="classified correctly by counts [%]", xlim=(0, 104))
+    ax.set(xlabel="accuracy by counts [%]", xlim=(0, 104))
 
 
 def _explain(figure: Figure) -> None:
@@ -140,10 +141,11 @@ def show(_context: Context, section: Section) -> None:
     )
     section.figure(
         "spikes",
-        "Touches classified correctly, of thirty kinds. Above: the exponential antenna by"
-        " deadline; counts"
-        " over whole touches by antenna and gain. Below: slow whole touches from fewer places;"
-        " whole touches by what is changed. Bars: 95 % over sets.",
+        "Accuracy from spikes, thirty classes. a: the exponential antenna by deadline; b: counts"
+        " over untruncated touches by antenna and gain; c: slow touches from fewer places; d: by"
+        f" what is changed. Bars: 95 % CI over sets of thirty resampled touches (n ="
+        f" {values['spikes.sets.ideal']} for the ideal observer, {values['spikes.sets.counts']}"
+        " for the others).",
         lambda figure: plot(cells, figure),
         height=5.5,
         numbers={name: one["value"] for name, one in values.items() if _is_known(one)},

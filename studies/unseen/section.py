@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.segments import Antenna
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import PALETTE, mark_places
+from feeler.plotting.style import PALETTE, mark_panels, mark_places
 from feeler.report import Section
 from paper.context import Context
 from studies.spikes.found import average, say_mean
@@ -77,6 +77,7 @@ def plot(found: Mapping[str, Any], reference: Antenna, figure: Figure) -> None:
     _plot_kinds(values, "gain", ("unseen", "known", "unseen_tip", "known_tip"), right)
     right.axhline(0.0, color="black", lw=0.8)
     right.set_ylabel("reduction of the error rate [points]")
+    mark_panels(figure.axes)
     shown: dict[str, Any] = {}
     for ax in (left, right):
         shown |= dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
@@ -117,10 +118,9 @@ def show(context: Context, section: Section) -> None:
     section.text(said)
     section.figure(
         "unseen",
-        "Above: stiffness and damping of both designs over the published antenna's. Below: shapes"
-        " classified incorrectly on final draws, and how many fewer than with the published"
-        " antenna; open"
-        " marks: designs scaled to the published compliance of the tip. Bars: 95 % over sets of"
+        "a, b: stiffness and damping of both designs over the published antenna's; c: error rate"
+        " on final draws; d: how much lower it is than the published antenna's; open marks: designs"
+        " scaled to the published compliance of the tip. Bars: 95 % CI over sets of resampled"
         " touches.",
         lambda figure: plot(found, context.antenna, figure),
         height=5.0,

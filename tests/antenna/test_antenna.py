@@ -168,8 +168,14 @@ def test_every_fact_has_a_tag_and_a_unit():
     "call", [lambda: presets.cockroach("cubic"), lambda: presets.make_preset("spider")]
 )
 def test_unknown_names_list_the_valid_ones(call):
-    with pytest.raises(InvalidInput, match=r"valid: .*exponential.*constant"):
+    with pytest.raises(InvalidInput, match=r"valid: .*exponential.*uniform"):
         call()
+
+
+def test_the_old_name_of_the_uniform_antenna_is_answered_with_a_line():
+    for call in (presets.cockroach, presets.make_preset):
+        with pytest.warns(FutureWarning, match="'constant' is now 'uniform'"):
+            assert call("constant") == presets.cockroach("uniform")
 
 
 def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():

@@ -135,13 +135,13 @@ def test_families_are_the_profiles_that_they_name():
     n, small = np.arange(12), make_small()
     build = {
         name: make_hinges(name, small).build
-        for name in ("exponential", "linear", "constant", "scale", "tilt")
+        for name in ("exponential", "linear", "uniform", "scale", "tilt")
     }
     x = n / 12 - 0.5  # of the hinges, from the middle
     expected = {
         "exponential": ((3.0, 2.0, -0.1, -0.2), 3.0 * np.exp(-0.1 * n), 2.0 * np.exp(-0.2 * n)),
         "linear": ((3.0, 1.0, 2.0, 0.5), np.linspace(3.0, 1.0, 12), np.linspace(2.0, 0.5, 12)),
-        "constant": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
+        "uniform": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
         "scale": ((3.0, 2.0), 3.0 * small.stiffness, 2.0 * small.damping),
         "tilt": (
             (3.0, 2.0, 0.5, -1.0),
@@ -167,7 +167,7 @@ def test_steps_of_a_jacobian_are_cut_at_the_bounds(targets):
     assert not np.array_equal(cut[:, 0], free[:, 0])
 
 
-@pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale", "tilt"])
+@pytest.mark.parametrize("name", ["exponential", "linear", "uniform", "scale", "tilt"])
 def test_families_turn_parameters_to_logarithms_and_back(name):
     hinges = make_hinges(name, make_small())
     np.testing.assert_allclose(hinges.to_p(hinges.to_x(hinges.start)), hinges.start, rtol=1e-14)

@@ -34,10 +34,10 @@ from ._command import run
         (("touch", "--out", "/proc/nowhere"), "check the path"),
         (("touch", "--timestep", "0"), "timestep must be finite and > 0"),
         (
-            ("compare", "linear", "constant", "--scale", "foo"),
+            ("compare", "linear", "uniform", "--scale", "foo"),
             "unknown scale 'foo'; valid: smoke, quick, published, paper",
         ),
-        (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
+        (("compare", "linear", "uniform", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
         (["design", "absent.toml"], "feeler: cannot read absent.toml: no such file"),

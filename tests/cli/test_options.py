@@ -164,7 +164,7 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
     words = (
         "compare",
         "linear",
-        "constant",
+        "uniform",
         "--speed",
         0.37,
         "--seed",
@@ -175,7 +175,7 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
     place = "feeler.comparison.compare_antennas"
     told = hear(monkeypatch, place, *words, "--scale", "smoke", "--out", tmp_path / "a.html")
     assert touched == [({0.37}, 7)] * 2
-    assert [*told[0]] == ["linear", "constant"] and told[1].random_state == 7
+    assert [*told[0]] == ["linear", "uniform"] and told[1].random_state == 7
     assert (told["classifier"], told["random_state"]) == ("svm", 7)
     assert told["plan"] == EFFORTS["smoke"].plan
 

@@ -37,7 +37,7 @@ def make_set(seed, speeds=(FAST, SLOW)):
     )
 
 
-SETS = {"exponential": make_set(0), "constant": make_set(1), "linear": make_set(2, (SLOW,))}
+SETS = {"exponential": make_set(0), "uniform": make_set(1), "linear": make_set(2, (SLOW,))}
 PEAK = max(float(data.angle.max()) for data in SETS.values())
 
 
@@ -68,11 +68,11 @@ def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_
     listed = list_groups(SETS)
     assert {kind: list(groups) for kind, groups in listed.items()} == {
         "speed": ["0.06 m/s", "0.6 m/s"],
-        "profile": ["exponential", "constant", "linear"],
+        "profile": ["exponential", "uniform", "linear"],
     }
     expected = {
         "speed": [pick("exponential", 3, 2), pick("exponential", 1, 0)],
-        "profile": [pick("exponential", 3, 2), pick("constant", 3, 2), pick("linear", 1, 0)],
+        "profile": [pick("exponential", 3, 2), pick("uniform", 3, 2), pick("linear", 1, 0)],
     }
     for kind, groups in listed.items():
         for (array, labels), tensors in zip(groups.values(), expected[kind], strict=True):
@@ -83,14 +83,12 @@ def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_
 def test_a_comparison_of_one_is_left_out_and_a_reference_must_be_there():
     assert list(list_groups({"exponential": SETS["exponential"]})) == ["speed"]
     assert list(
-        list_groups(
-            {"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear"
-        )
+        list_groups({"linear": SETS["linear"], "uniform": SETS["uniform"]}, reference="linear")
     ) == ["profile"]
     with pytest.raises(
-        InvalidInput, match="no tensors of the reference antenna 'linear'; given: constant"
+        InvalidInput, match="no tensors of the reference antenna 'linear'; given: uniform"
     ):
-        list_groups({"constant": SETS["constant"]}, reference="linear")
+        list_groups({"uniform": SETS["uniform"]}, reference="linear")
 
 
 def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_once():
@@ -105,7 +103,7 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
     ]  # both speeds together: 4 touches
     assert (
         len(nulls) == 4
-    )  # slow, fast, constant, linear: the slow ones stand in both comparisons
+    )  # slow, fast, uniform, linear: the slow ones stand in both comparisons
     assert {fit[1] for fit in Noting.fits if fit[2] == 100} == {PLAN.n_restarts}
     assert {fit[1] for fit in nulls} == {PLAN.null_restarts}
     for kind, found in groups.items():

@@ -19,7 +19,7 @@ VALUES = {
     "gradient.fastest.common.-0.0827": {"value": 4.86, "low": 4.8, "high": 4.9, "n": 8},
     "wall.defined": 122,
     "complete.peak.exponential": 0.0790123456789,
-    "wall.near.constant": {"undefined": "no contact"},
+    "wall.near.uniform": {"undefined": "no contact"},
 }
 
 
@@ -45,7 +45,7 @@ def test_a_table_is_what_was_written(tmp_path):
     assert compare(made.table, read.table, 1e-8).empty
     assert read.get("dispersion.380 ms window.nmi.slow") == (0.58, 0.5, 0.6, 30)
     assert read.get("wall.defined") == (122, 122, 122, 1)
-    assert np.isnan(read.get("wall.near.constant").value)
+    assert np.isnan(read.get("wall.near.uniform").value)
     assert read.get("wall.near.linear") is None
 
 

@@ -120,7 +120,7 @@ def make_thin(radius: float = 0.03) -> feeler.Antenna:
 
 class TestTimeConstant:
     def test_is_that_of_the_paper_s_antennas_from_a_fifth_of_a_millimetre_on(self):
-        for name in ("exponential", "linear", "constant", "robot", "lobster", "multi-legged"):
+        for name in ("exponential", "linear", "uniform", "robot", "lobster", "multi-legged"):
             assert get_contact(None, make_preset(name)) is CONTACTS["smooth"]
         contact = get_contact(None, make_thin(0.2))
         assert choose_timestep(None, "chain-consistent", contact) == 0.05

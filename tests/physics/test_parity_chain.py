@@ -23,7 +23,7 @@ from feeler.presets import make_preset
 from .mesh import make_like_mujoco, run_like_mujoco, take_over
 from .scenes import HOOK, make_stub, touch
 
-PROFILES = ("exponential", "linear", "constant")
+PROFILES = ("exponential", "linear", "uniform")
 MESHES = ("triangle", "outline")
 # MuJoCo stores the corners of a mesh in single precision, which turns a slanted triangle by up to
 # 1e-7 rad

@@ -184,9 +184,9 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     used, none = np.ones(3, dtype=bool), np.zeros(3, dtype=bool)
     maps = {
         "linear": _fit_distance(distance, position, used, none, resolution=0.1),
-        "constant": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
+        "uniform": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
     }
-    assert maps["constant"].undefined
+    assert maps["uniform"].undefined
     ax = Figure().subplots()
     plot_maps(maps, ax)
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
@@ -194,7 +194,7 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     line = np.polynomial.Polynomial.fit(position, distance, 1)
     np.testing.assert_allclose(read(lines[0]), [(x, line(x)) for x in (3.0, 31.0)])
     assert list_legend(ax)[0].startswith("linear: R² 0.9")
-    assert list_legend(ax)[1:] == ["constant: R² undefined", "open: not fitted"]
+    assert list_legend(ax)[1:] == ["uniform: R² undefined", "open: not fitted"]
 
 
 UNEVEN = Outline(vertices=np.array([[0.0, 1.9], [0.0, -0.7], [-2.3, -0.4], [-1.1, 1.5]]))

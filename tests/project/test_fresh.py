@@ -25,7 +25,7 @@ def make_scenes():
     balls = feeler.Ball(radius=2.7), feeler.Ball(radius=1.4)
     first = feeler.Trial(feature=balls[0], location=0.7, speed=0.3, lead=1.1, base=moving)
     asked = feeler.Trial(feature=balls[1], location=0.61, speed=0.5, lead=1.7, side="right")
-    antennas = (feeler.presets.make_preset(name) for name in ("constant", "linear"))
+    antennas = (feeler.presets.make_preset(name) for name in ("uniform", "linear"))
     return tuple(map(make_scene, antennas, (first, asked)))
 
 

@@ -199,7 +199,7 @@ def test_nothing_bears_out_nothing_on_speed_gradient_and_bounds(touched, stateme
 
 def _find_wall_values(rng):
     """Peaks anywhere along the antenna, and in every set-up; the sliding tensors are white."""
-    names = ("exponential", "linear", "constant")
+    names = ("exponential", "linear", "uniform")
     n_set_ups = 120
     distance = np.arange(25.0, 5, -2)
     every, none = np.full(distance.size, True), np.full(distance.size, False)

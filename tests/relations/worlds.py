@@ -119,7 +119,7 @@ class Calls:
 class Named:
     """Antennas that a command compares, by name."""
 
-    names: tuple[str, ...] = ("exponential", "linear", "constant")
+    names: tuple[str, ...] = ("exponential", "linear", "uniform")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -26,7 +26,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def found(study):
-    return study.run({"constant": cockroach("constant")}, workers=1).isel(
+    return study.run({"uniform": cockroach("uniform")}, workers=1).isel(
         antenna=0, set=0, speed=0
     )
 

@@ -27,7 +27,7 @@ def sets():
     ]
     antennas = {
         "robot": feeler.presets.robot(),
-        "constant": feeler.presets.cockroach("constant"),
+        "uniform": feeler.presets.cockroach("uniform"),
     }
     return {
         name: feeler.touch(antenna, touches, duration=40.0)
@@ -66,7 +66,7 @@ def test_measures_are_those_of_the_library(sets, compared):
     for kind in ("sparse", "raw"):
         for noise in compared.curves.noises:
             robot, other = compared.curves.find(kind, noise).values()
-            found = compared.differences[f"accuracy, {LABELS[kind]}, {noise} noise", "constant"]
+            found = compared.differences[f"accuracy, {LABELS[kind]}, {noise} noise", "uniform"]
             assert found == bootstrap_difference(robot.area, other.area, rng)
 
 

@@ -43,7 +43,7 @@ def measured(study):
 
 def test_all_speeds_and_antennas_meet_the_same_touches():
     task = load_declared().task
-    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("constant")
+    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("uniform")
     (slow, labels), (fast, same) = (
         task.draw(antenna, "test", set=3, speed=speed)
         for antenna, speed in zip(antennas, (0.03, 1.2), strict=True)
@@ -217,14 +217,14 @@ def test_the_verb_writes_page_picture_and_numbers(tmp_path):
         "1.2",
     ]
     done = CliRunner().invoke(
-        app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant", "--json"]
+        app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "uniform", "--json"]
     )
     assert done.exit_code == 0, done.output
     assert {p.name for p in tmp_path.iterdir()} >= {
         f"tradeoff.{end}" for end in ("html", "png", "csv", "json")
     }
     kept = json.loads((tmp_path / "tradeoff.json").read_text())
-    assert "constant" in kept and json.loads(done.stdout)["antennas"] == kept
+    assert "uniform" in kept and json.loads(done.stdout)["antennas"] == kept
     lines = (tmp_path / "tradeoff.csv").read_text().splitlines()
     assert lines[0].startswith("antenna,speed,level,window,accuracy")
     assert len(lines) == 1 + 2 * 6 * len(load_declared().list_windows())

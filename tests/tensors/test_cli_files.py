@@ -65,7 +65,7 @@ def test_info_describes_antennas_and_models(tmp_path):
     assert "means (2, 3) float64" in out
 
 
-@pytest.mark.parametrize("profile", ["exponential", "constant"])
+@pytest.mark.parametrize("profile", ["exponential", "uniform"])
 def test_the_antenna_written_is_the_preset(tmp_path, profile):
     call("antenna", tmp_path / "a.toml", "--profile", profile, "--sensors", "all")
     got, preset = load_antenna(tmp_path / "a.toml"), cockroach(profile, sensors="all")

@@ -52,7 +52,7 @@ def test_an_antenna_pushed_lightly_bends_where_the_closed_form_says(stiffness, e
 
 
 def test_the_regime_is_named_and_agrees_with_the_map_of_a_straight_antenna():
-    for name, words in (("cricket", "over its length"), ("constant", "at its base")):
+    for name, words in (("cricket", "over its length"), ("uniform", "at its base")):
         antenna = make_preset(name)
         sweep = approach(
             antenna,
@@ -61,7 +61,7 @@ def test_the_regime_is_named_and_agrees_with_the_map_of_a_straight_antenna():
         )
         found = map_distance(sweep)
         assert words in explain_bending(antenna) == found.bending
-        assert bool(found.undefined) == (name == "constant")
+        assert bool(found.undefined) == (name == "uniform")
 
 
 def test_a_map_in_space_is_refused_with_what_helps():
@@ -81,7 +81,7 @@ def test_the_timestep_follows_every_preset(name):
 
 
 def test_the_paper_s_order_is_that_of_the_nearest_posture():
-    names = ("exponential", "linear", "constant")
+    names = ("exponential", "linear", "uniform")
     r2 = [map_distance(approach(cockroach(name), NEAREST)).r2 for name in names]
     assert all(a > b for a, b in pairwise(r2))
     for value, paper in zip(r2, (0.985, 0.924, 0.704), strict=True):
@@ -114,10 +114,10 @@ def test_a_body_that_passed_has_come_past_the_turn(size):
 
 
 def test_an_antenna_without_a_map_is_a_result_with_its_reason(tmp_path):
-    said = run("follow", "constant", "--out", "o", cwd=tmp_path).stdout
+    said = run("follow", "uniform", "--out", "o", cwd=tmp_path).stdout
     assert "no map to steer by" in said and "at its base" in said and "--oracle" in said
     assert (tmp_path / "o" / "map.png").exists() and not (
         tmp_path / "o" / "follow.csv"
     ).exists()
     with pytest.raises(InvalidInput, match="stiffness falls too little"):
-        follow(cockroach("constant"))
+        follow(cockroach("uniform"))

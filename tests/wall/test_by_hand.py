@@ -67,7 +67,7 @@ def test_orders_are_counted_by_every_choice():
         ((0.9, np.nan, 0.1), 0.3),
         ((0.1, 0.5, 0.9), 1.0),
     ]
-    names = ("exponential", "linear", "constant")
+    names = ("exponential", "linear", "uniform")
     cases = [
         make_case(name, r2, f)
         for values, f in orders

@@ -107,9 +107,7 @@ def test_told_apart_is_the_longest_run_that_moves_one_way(way):
 
 def test_peaks_at_the_base_hinge_are_reported_and_not_fitted():
     found = map_distance(
-        approach(
-            cockroach("constant"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0)
-        )
+        approach(cockroach("uniform"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0))
     )
     assert found.at_base.all() and not found.used.any() and found.undefined
 

@@ -22,7 +22,7 @@ from feeler.wall.following import BODY_LOST
 
 
 @pytest.mark.further
-@pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
+@pytest.mark.parametrize("profile", ["exponential", "linear", "uniform", "matched"])
 def test_the_j_slides_and_stays_at_every_distance(profile):
     """The wall passes 18 mm backward: the tip stays behind, pressed to the wall, pointing backward,
     at every sample.
@@ -214,7 +214,7 @@ def test_a_body_that_meets_the_wall_has_ended_there():
 
 
 def test_steering_by_the_truth_needs_no_map():
-    run = follow(cockroach("constant"), make_turn(-30.0), oracle=True)
+    run = follow(cockroach("uniform"), make_turn(-30.0), oracle=True)
     assert run.map is None and not run.collided and run.error < 3.0
     assert np.isnan(run.estimate).all()
 
@@ -222,7 +222,7 @@ def test_steering_by_the_truth_needs_no_map():
 @pytest.mark.long
 def test_without_a_map_there_is_nothing_to_steer_by():
     with pytest.raises(InvalidInput, match="no map to steer by"):
-        follow(cockroach("constant"), make_turn(30.0))
+        follow(cockroach("uniform"), make_turn(30.0))
 
 
 @pytest.mark.parametrize(

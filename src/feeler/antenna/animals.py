@@ -19,6 +19,7 @@ from feeler.antenna.segments import (
 )
 from feeler.draw import Drawn, LogRange, Spread, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
+from feeler.renamed import rename_antenna
 from feeler.validation import Count, Seed, checked
 
 # Fit the sigmoid of segment lengths to measured antennae.
@@ -124,7 +125,7 @@ _LINEAR = (
     "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.60"
     " (18.4 Hz, ζ 0.55; deflection ratios 0.56 and 0.77 instead of 0.22 and 0.55)"
 )
-_CONSTANT = (
+_UNIFORM = (
     "fitted to the reconstructed targets: error 1.89 (17.8 Hz, ζ 0.54; deflection ratios 0.62 and"
     " 0.82 instead of 0.22 and 0.55)"
 )
@@ -169,11 +170,11 @@ FACTS: dict[str, Fact] = {
     "linear_stiffness_tip": Fact(value=3.85e-4, unit="N·mm/rad", tag="D+C", note=_LINEAR),
     "linear_damping_base": Fact(value=4.44, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
     "linear_damping_tip": Fact(value=0.0176, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
-    "constant_stiffness": Fact(value=0.395, unit="N·mm/rad", tag="D+C", note=_CONSTANT),
-    "constant_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
+    "uniform_stiffness": Fact(value=0.395, unit="N·mm/rad", tag="D+C", note=_UNIFORM),
+    "uniform_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_UNIFORM),
 }
 
-PROFILE_NAMES = ("exponential", "linear", "constant", "matched")
+PROFILE_NAMES = ("exponential", "linear", "uniform", "matched")
 
 
 @checked
@@ -183,7 +184,7 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     Parameters
     ----------
     profile
-        ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and
+        ``exponential``: the published fit. ``linear``, ``uniform``: their own stiffness and
         damping, fitted to the same targets; neither can meet the deflection ratios. ``matched``:
         constant stiffness with the same total compliance Σ 1/k_n, so that profile and overall
         softness are not confounded.
@@ -196,7 +197,7 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     Antenna
         140 segments, 42 mm, named after the profile.
     """
-    if profile not in PROFILE_NAMES:
+    if (profile := rename_antenna(profile)) not in PROFILE_NAMES:
         raise InvalidInput(f"unknown profile {profile!r}; valid: {', '.join(PROFILE_NAMES)}.")
     return _make_cockroach(profile, sensors)
 
@@ -298,8 +299,8 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
         )
 
     def sample(quantity: str) -> np.ndarray:
-        if profile == "constant":
-            return Constant(value=_v(f"constant_{quantity}")).sample(n)
+        if profile == "uniform":
+            return Constant(value=_v(f"uniform_{quantity}")).sample(n)
         base, tip = (_v(f"linear_{quantity}_{end}") for end in ("base", "tip"))
         return Linear(base=base, tip=tip).sample(n)
 

@@ -2,7 +2,7 @@
 
 Examples:
 
-  feeler compare exponential constant
+  feeler compare exponential uniform
 
   feeler compare cricket mine.toml --objects objects.toml --speed 0.3 --out mine.html --scale quick
 
@@ -58,7 +58,7 @@ def compare(
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential"
-            " constant."
+            " uniform."
         )
     chosen = _name_antennas(antennas)
     if len(chosen) < len(set(antennas)):

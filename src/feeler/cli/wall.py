@@ -2,7 +2,7 @@
 
 Examples:
 
-  feeler wall exponential linear constant --out out/wall
+  feeler wall exponential linear uniform --out out/wall
 
   feeler wall own.toml --prebend none --friction 0                  a straight antenna
 
@@ -75,7 +75,7 @@ def wall(
     posture = Posture(inter_antennal_angle=angle, friction=friction, hook_share=hook, **said)
     sweeps = {}
     chosen = _name_antennas(
-        antennas or ["exponential", "linear", "constant", "matched"], _choose_planar
+        antennas or ["exponential", "linear", "uniform", "matched"], _choose_planar
     )
     for name, antenna in chosen.items():
         last = measure_scale(antenna) * _FAR if far is None else far
