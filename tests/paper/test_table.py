@@ -139,7 +139,7 @@ ASKED = {
     "shapes": ("ball", "box"),
     "locations": (0.5, 0.9),
 }
-NAMES = ("exponential", "constant")
+NAMES = ("exponential", "uniform")
 
 
 def make_touch(size):
@@ -180,11 +180,11 @@ def judge_front(values):
 
 
 def test_a_larger_signal_is_classified_better_in_absolute_noise_only(monkeypatch):
-    found, values = find_values(monkeypatch, {"exponential": 1.0, "constant": 0.005})
+    found, values = find_values(monkeypatch, {"exponential": 1.0, "uniform": 0.005})
     mean = found.mean("set").isel(speed=0)
     assert (mean.sel(antenna="exponential") > 0.9).all()
-    assert (mean.sel(antenna="constant", level="absolute 0.03") < 0.8).all()
-    assert (mean.sel(antenna="constant", level="relative 0.3") > 0.9).all()
+    assert (mean.sel(antenna="uniform", level="absolute 0.03") < 0.8).all()
+    assert (mean.sel(antenna="uniform", level="relative 0.3") > 0.9).all()
     gradient = judge_front(values)["front-gradient"]
     held = dict(zip(gradient.statement.readings, gradient.findings[0].agrees, strict=True))
     assert all(held[name] for name in held if "absolute" in name and "ideal" not in name)

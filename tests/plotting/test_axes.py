@@ -214,7 +214,7 @@ def test_no_colour_has_two_meanings(one, other):
 
 
 @pytest.mark.parametrize(
-    "names", [("constant", "linear"), ("linear", "exponential", "constant")]
+    "names", [("uniform", "linear"), ("linear", "exponential", "uniform")]
 )
 def test_a_profile_keeps_its_colour_in_any_company(names):
     assert pick_colours(names) == {name: PROFILE_COLOURS[name] for name in names}

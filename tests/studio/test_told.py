@@ -210,12 +210,12 @@ def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
 
 
 def test_a_file_is_an_antenna_and_its_plain_data_come_back():
-    text = feeler.antenna.files.write_antenna(feeler.presets.make_preset("constant"))
+    text = feeler.antenna.files.write_antenna(feeler.presets.make_preset("uniform"))
     wish = TouchRequest(
         antenna=AntennaRequest(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
     )
     assert TouchRequest.from_plain(wish.to_plain()) == wish
-    assert wish.antenna.make() == feeler.presets.make_preset("constant")
+    assert wish.antenna.make() == feeler.presets.make_preset("uniform")
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def test_what_rounding_leaves_is_no_component_that_a_classifier_sees(sets, class
 BALL = feeler.Ball(radius=1.5)
 
 
-@pytest.mark.parametrize(("name", "speed"), [("exponential", 0.3), ("constant", 0.6)])
+@pytest.mark.parametrize(("name", "speed"), [("exponential", 0.3), ("uniform", 0.6)])
 def test_they_are_what_the_paper_calls_complete(name, speed):
     antenna = feeler.presets.cockroach(name)
     trials = [feeler.Trial(feature=BALL, location=at, speed=speed) for at in (0.55, 0.8)]

@@ -171,7 +171,7 @@ def test_the_filmed_path_comes_back_through_px_gaps_and_noise(tmp_path):
     turned = make_base_motion(tracks, angle=0.3, origin="film")
     np.testing.assert_allclose(turned.pose[:, 2] - film.pose[:, 2], 0.3, atol=1e-3)
     # a stiff antenna is carried along: its tip is where head and heading say
-    antenna = feeler.presets.cockroach("constant").replace(stiffness=50.0)
+    antenna = feeler.presets.cockroach("uniform").replace(stiffness=50.0)
     scene = Scene(antenna=antenna, base_motion=first)
     motion = run_scene(scene, Clock(duration=300.0, sample_interval=5.0, timestep=0.05))
     where = first.compute_pose(motion.time)
