@@ -43,13 +43,6 @@ def test_r_squared_is_the_share_of_the_variance_that_is_not_noise():
     )  # from the first crossing on
 
 
-def test_noise_moves_the_answer_little():
-    rng = np.random.default_rng(0)
-    ringing = _measure_ringing(TIME, _cosine(0.005, 0.05) + rng.normal(0, 0.05, TIME.size))
-    assert ringing.frequency == pytest.approx(0.005, rel=0.01)
-    assert ringing.damping_ratio == pytest.approx(0.05, rel=0.1)
-
-
 @pytest.mark.parametrize(
     ("tip", "message"),
     [
