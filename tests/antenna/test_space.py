@@ -102,12 +102,6 @@ def test_an_antenna_in_one_plane_is_what_it_was():
     assert antenna.stiffness.shape == (140,)
 
 
-def test_plain_data_give_it_back():
-    antenna = make(3, rest_angle=np.full((3, 7), 0.1), taper=0.9)
-    assert Antenna(**antenna.to_plain()) == antenna
-    assert "in space" in repr(antenna)
-
-
 REFUSED = {
     "torsion without its stiffness": (
         {"rest_angle": np.zeros((3, 7))},

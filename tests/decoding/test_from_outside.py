@@ -1,4 +1,4 @@
-"""A new dispersion index and noise model from outside the package go through to figures."""
+"""A new dispersion index from outside the package goes through to a figure."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,6 @@ from matplotlib.text import Text
 from scipy.spatial.distance import cdist
 
 from feeler.analysis import INDICES, Index, compute_dispersion
-from feeler.decoding import NOISES, Noise
 from feeler.plotting.results import plot_index
 
 
@@ -17,23 +16,13 @@ def make_cosine(tensors):
     return lambda rows, columns: cdist(flat[rows], flat[columns], "cosine")
 
 
-class Dropout(Noise):
-    """Each entry is lost with a probability."""
-
-    def add(self, codes, rng, n_copies=1):
-        kept = rng.random((n_copies, *codes.shape)) >= self.size
-        return (kept * codes).reshape(-1, *codes.shape[1:])
-
-
 @pytest.fixture
 def added():
     INDICES.register(
         "cosine", Index(label="cosine distance", make=make_cosine, is_similarity=False)
     )
-    NOISES.register("dropout", Dropout)
     yield
     INDICES.unregister("cosine")
-    NOISES.unregister("dropout")
 
 
 @pytest.fixture(scope="module")

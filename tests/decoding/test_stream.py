@@ -46,13 +46,6 @@ def test_answer_is_unsure_first_then_right(k):
     assert first.probability < 0.6 and first.since_contact == 0
 
 
-def test_posterior_is_a_distribution_and_starts_even():
-    states = _decoder().replay(TOUCHES[0])
-    for state in states:
-        assert state.posterior.sum() == pytest.approx(1.0) and np.all(state.posterior >= 0)
-    np.testing.assert_allclose(states[0].posterior, 1 / 3)
-
-
 def test_a_saved_decoder_answers_with_the_same_bits(tmp_path):
     rng = np.random.default_rng(1)
     noisy = [touch + rng.normal(0, 0.01, touch.shape) for touch in TOUCHES]
@@ -396,15 +389,6 @@ def test_evidence_counts_anew_once_the_first_deflection_is_to_the_other_side():
     np.testing.assert_allclose(again.posterior, states[-1].posterior, rtol=1e-9)
     stream.reset()
     assert stream.update(np.zeros(3)).mirrored is False
-
-
-def test_a_stream_of_two_touches_judges_each_by_its_own_side():
-    stream = sides().start()
-    for sign in (-1, 1):
-        for sample in sign * _touch(2).T:
-            state = stream.update(sample)
-        assert state.label == LABELS[2] and state.mirrored == (sign < 0)
-        stream.reset()
 
 
 def test_lengths_are_kept_in_a_file_and_must_fit(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from feeler import Ball, BaseMotion, Box, Object, Outline, Trial, Triangle, Wall, presets
+from feeler import Ball, BaseMotion, Box, Object, Outline, Trial, Triangle, presets
 from feeler.errors import InvalidInput
 from feeler.objects import make_feature, make_object, make_objects, place
 from feeler.objects.bodies import check_clear
@@ -41,17 +41,6 @@ def test_the_object_of_a_trial_stands_where_the_trial_is_placed(side, approach):
         trial.shape,
         0.0,
     )
-
-
-def test_unless_said_otherwise_an_object_lies_still_at_the_origin():
-    one = Object(feature=Ball(radius=1.0))
-    assert (one.place, one.forward, one.velocity, one.turn) == (
-        (0.0, 0.0),
-        (1.0, 0.0),
-        (0.0, 0.0),
-        0.0,
-    )
-    assert one.friction == 1.0
 
 
 def test_plain_data_gives_the_object_back():
@@ -212,10 +201,6 @@ def test_bad_outlines_are_refused(vertices, message):
 def test_unknown_feature_lists_the_valid_ones():
     with pytest.raises(InvalidInput, match="ball, box, triangle, outline, wall"):
         make_feature("cube", 1.0)
-
-
-def test_wall_has_no_size():
-    assert Wall().size == np.inf
 
 
 @settings(max_examples=60, deadline=None)

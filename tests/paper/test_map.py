@@ -1,5 +1,6 @@
 """Planted bases and codes: when and where they act, and which contacts drive them."""
 
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,12 +9,14 @@ import xarray as xr
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from feeler.decoding.sweeps import Plan
 from feeler.experiments.tactile import touch
 from feeler.objects import Ball, Trial
 from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.tensors.schema import label_units
 from feeler.tensors.transforms import compute_bend, reconstruct_posture
+from paper import fig5_new
 from paper.fig1_touch import draw_moment
 from paper.fig4 import compute_map as compute
 from paper.fig4 import keep_values, measure_margin, span
@@ -222,3 +225,44 @@ def test_a_touch_is_cut_to_its_window_to_all_touches_to_its_contact_and_to_its_m
     assert cut_window(touches).min() == 0.0
     assert [part.shape for part in cut_to_contact(touches)] == [(1, 100), (1, 410), (1, 1)]
     assert [part.shape for part in cut_to_motion(touches)] == [(1, 160), (1, 1), (1, 1)]
+
+
+PLAN = Plan(ratios=(0.01,), n_repeats=1, n_copies=4, probe=0.01)
+TRIALS = list(product(("ball", "box"), (1.5, 3.0), (0.5, 0.6, 0.7)))
+
+
+def make_tensors(blind):
+    """A blip for every trial, in a place of its own for each value of each attribute but the
+    ``blind`` one.
+    """
+    angle = np.zeros((len(TRIALS), 3, 12))
+    for trial, (feature, size, location) in enumerate(TRIALS):
+        values = (feature == "box", size == 3.0, round(10 * location - 5))
+        for sensor, (name, value) in enumerate(
+            zip(("feature", "size", "location"), values, strict=True)
+        ):
+            angle[trial, sensor, 0 if name == blind else 4 * int(value) + 2] = 1.0
+    features, sizes, locations = zip(*TRIALS, strict=True)
+    trial = {"feature": list(features), "size": list(sizes), "location": list(locations)}
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), angle)},
+        coords={k: ("trial", v) for k, v in trial.items()},
+    )
+
+
+@pytest.mark.parametrize(("blind", "split"), [("size", "size"), ("location", "place")])
+def test_a_new_value_of_what_is_not_felt_costs_nothing(blind, split):
+    found = fig5_new.compute(make_tensors(blind), PLAN)
+    assert found.accuracy[split] == 1.0 and found.change[blind] == 0.0
+    assert list(found.parts[split].values()) == pytest.approx([1.0, 1.0])
+
+
+def test_a_change_is_a_share_of_the_norm_and_neighbouring_places_only_are_compared():
+    change = fig5_new.compute(make_tensors(None), PLAN).change
+    assert all(
+        value == pytest.approx(np.sqrt(2 / 3)) for value in change.values()
+    )  # one of three blips moves
+    assert fig5_new.compute(make_tensors(None), PLAN).chance == {
+        "size": pytest.approx(1 / 6),
+        "place": pytest.approx(1 / 4),
+    }

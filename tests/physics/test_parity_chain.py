@@ -168,60 +168,37 @@ def throw(
 
 
 @st.composite
-def scenes(draw):
-    """Stubs of random size, posture and motion, and an object thrown at them from a random
-    direction.
+def scenes(draw, moving):
+    """Stubs of random size, posture and motion, at which an object is thrown from a random
+    direction; or two, one of them spinning, at where the antenna will be on a base that moves.
     """
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     antenna = _draw_antenna(n, rng)
-    kind = draw(st.sampled_from(["ball", "box", "triangle", "outline"]))
-    speed = draw(st.sampled_from([0.06, 0.3, 0.6]))
-    return Scene(
-        antenna=antenna,
-        objects=(throw(antenna.shape(), kind, speed, rng),),
-        contact=get_contact(draw(st.sampled_from(["smooth", "hard"]))),
-        angle=antenna.rest_angle + rng.normal(0, 0.02, n),
-        velocity=rng.normal(0, 0.002, n),
-        base=(0.0, 0.0, rng.uniform(-1, 1) * draw(st.sampled_from([0, 1]))),
-        label="random",
+    base = (
+        *(moving * rng.uniform(-5, 5, 2)),
+        rng.uniform(-1, 1) * draw(st.sampled_from([0, 1])),
     )
-
-
-@st.composite
-def moving_scenes(draw):
-    """A base that moves and turns, and two objects that are thrown at where the antenna will be,
-    one of them spinning.
-    """
-    n = draw(st.integers(2, 12))
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    antenna, base = _draw_antenna(n, rng), (*rng.uniform(-5, 5, 2), rng.uniform(-1, 1))
-    drift = rng.uniform(-0.1, 0.1, 2)
+    drift = moving * rng.uniform(-0.1, 0.1, 2)
     points = antenna.shape(base_angle=base[2]) + base[:2]
-    kinds = draw(
-        st.tuples(
-            *[st.sampled_from(["ball", "box", "triangle", "rounded box", "rounded triangle"])]
-            * 2
-        )
-    )
-    speed = draw(st.sampled_from([0.1, 0.3, 0.6]))
-    turns = (0.0, rng.uniform(-0.02, 0.02))
-    frictions = (
-        rng.uniform(0.05, 1.2),
-        draw(st.sampled_from([0.0, 0.5])),
-    )
+    more = ["rounded box", "rounded triangle"] if moving else ["outline"]
+    kind = st.sampled_from(["ball", "box", "triangle", *more])
+    speed = draw(st.sampled_from([0.06, 0.1, 0.3, 0.6]))
+    frictions = rng.uniform(0.05, 1.2), draw(st.sampled_from([0.0, 0.5]))
+    spins = 0.0, rng.uniform(-0.02, 0.02)
+    objects = [
+        throw(points, draw(kind), speed, rng, drift, turn=turn, friction=friction)
+        for turn, friction in zip(spins, frictions, strict=True)
+    ]
     return Scene(
         antenna=antenna,
-        objects=tuple(
-            throw(points, kind, speed, rng, drift, turn=turn, friction=friction)
-            for kind, turn, friction in zip(kinds, turns, frictions, strict=True)
-        ),
+        objects=tuple(objects[: 1 + moving]),
         contact=get_contact(draw(st.sampled_from(["smooth", "hard"]))),
-        gravity=tuple(rng.uniform(-0.01, 0.01, 2)),
+        gravity=tuple(moving * rng.uniform(-0.01, 0.01, 2)),
         angle=antenna.rest_angle + rng.normal(0, 0.02, n),
         velocity=rng.normal(0, 0.002, n),
         base=base,
-        base_motion=BaseMotion(velocity=tuple(drift), turn=rng.uniform(-0.01, 0.01)),
+        base_motion=BaseMotion(velocity=tuple(drift), turn=moving * rng.uniform(-0.01, 0.01)),
         label="random",
     )
 
@@ -285,8 +262,16 @@ def check_steps(scene: Scene, timestep: float, n_steps: int) -> np.ndarray:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("n_scenes", [10, pytest.param(40, marks=pytest.mark.slow)])
-def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
+@pytest.mark.parametrize(
+    ("moving", "timestep", "n_steps", "n_scenes"),
+    [
+        (False, 0.02, 500, 10),
+        (True, 0.04, 250, 6),
+        pytest.param(False, 0.02, 500, 40, marks=pytest.mark.slow),
+        pytest.param(True, 0.04, 250, 20, marks=pytest.mark.slow),
+    ],
+)
+def test_every_step_of_a_random_scene_is_mujoco(moving, timestep, n_steps, n_scenes):
     """Each step from MuJoCo's own state, so that chaos can neither hide nor make a difference.
 
     MuJoCo finds the distance to a mesh by iteration; an error of 1e-9 mm there is one of 1e-6 in
@@ -294,20 +279,9 @@ def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     """
 
     @settings(max_examples=n_scenes, deadline=None, derandomize=True)
-    @given(scenes())
+    @given(scenes(moving))
     def check(scene):
-        check_steps(scene, 0.02, 500)
-
-    check()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("n_scenes", [6, pytest.param(20, marks=pytest.mark.slow)])
-def test_every_step_of_a_moving_base_among_two_objects_is_mujoco(n_scenes):
-    @settings(max_examples=n_scenes, deadline=None, derandomize=True)
-    @given(moving_scenes())
-    def check(scene):
-        check_steps(scene, 0.04, 250)
+        check_steps(scene, timestep, n_steps)
 
     check()
 

@@ -17,6 +17,8 @@ from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.physics.simulation import Simulation, Simulations
 
+from .scenes import FORCES, check_alike
+
 pytestmark = pytest.mark.long
 
 CARRIED = BaseMotion(velocity=(0.01, 0.02, 0.005), turn=(0.001, 0.002, 0.005))
@@ -72,14 +74,7 @@ def test_free_motion_is_mujoco_to_rounding(planes, base):
     scene = Scene(antenna=antenna, angle=angle, gravity=(0.0, -9.8e-3, 1e-3), base_motion=base)
     ours, theirs = compare(scene, Clock(duration=10, timestep=0.01))
     assert np.abs(theirs.angle).max() > 1.0
-    for name, slack in (("angle", 1e-12), ("base", 1e-12)):
-        np.testing.assert_allclose(
-            getattr(ours, name), getattr(theirs, name), rtol=0, atol=slack
-        )
-    for name in ("base_force", "base_moment", "work"):
-        scale = np.abs(getattr(theirs, name)).max()
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-9 * scale)
+    check_alike(ours, theirs, 1e-12, 1e-9)
 
 
 CASES = [
@@ -99,11 +94,7 @@ def test_contact_is_mujoco(kind, friction):
     ours, theirs = compare(scene, Clock(duration=60, sample_interval=2.0, timestep=0.02))
     assert np.linalg.norm(theirs.force, axis=1).max() > 1e-4
     assert np.abs(theirs.angle).max() > 0.1
-    np.testing.assert_allclose(ours.angle, theirs.angle, rtol=0, atol=1e-9)
-    for name in ("force", "base_force", "base_moment", "work", "contact_place"):
-        scale = np.nanmax(np.abs(getattr(theirs, name)))
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-7 * scale)
+    check_alike(ours, theirs, 1e-9, 1e-7, ("force", "contact_place", *FORCES))
 
 
 def test_a_peg_along_the_antenna_has_two_contacts_as_in_mujoco():

@@ -22,47 +22,33 @@ from tests.relations import worlds
 from tests.relations.changes import CHANGES
 from tests.relations.producers import PRODUCERS
 from tests.relations.relation import assert_same, read_json
-from tests.relations.worlds import (
-    Animals,
-    Bases,
-    Bent,
-    Calls,
-    Film,
-    Hand,
-    Lines,
-    Named,
-    Record,
-    Release,
-    Scene,
-    Touches,
-    Trains,
-    Wish,
-)
 
 WORLDS = {
-    "scene": (Scene, worlds.make_scene),
-    **{f"scene by {name}": (Scene, partial(worlds.make_scene, engine=name, timestep=0.02))
+    "scene": (worlds.Scene, worlds.make_scene),
+    **{f"scene by {name}": (worlds.Scene, partial(worlds.make_scene, engine=name, timestep=0.02))
        for name in ENGINES if name != DEFAULT_ENGINE},
-    "scene in space": (Scene, worlds.make_spatial),
-    "scene in space by chain": (Scene, partial(worlds.make_spatial, engine="chain", timestep=0.02)),
-    "hand": (Hand, worlds.make_hand),
-    "hand with its speed told": (Hand, partial(worlds.make_hand, contact=worlds.TOLD_SPEED)),
-    "touches": (Touches, worlds.make_touches),
-    "trains": (Trains, worlds.make_trains),
-    "record": (Record, worlds.make_record),
-    "bases": (Bases, worlds.make_bases),
-    "film": (Film, worlds.make_film),
-    "film with doubts": (Film, partial(worlds.make_film, doubted=True)),
-    "lines": (Lines, worlds.make_lines),
-    "framed lines": (Lines, partial(worlds.make_lines, framed=True)),
-    "bent": (Bent, worlds.make_bent),
-    "animals": (Animals, worlds.make_animals),
-    "fitted": (Calls, partial(worlds.Calls, calls=("fit",))),
-    "learning on": (Calls, partial(worlds.Calls, calls=("fit", "partial_fit"))),
-    "named": (Named, worlds.Named),
-    "release": (Release, worlds.make_release),
-    "wish": (Wish, worlds.make_wish),
-    "wish with a study": (Wish, partial(worlds.make_wish, study=True)),
+    "scene in space": (worlds.Scene, worlds.make_spatial),
+    "scene in space by chain": (
+        worlds.Scene, partial(worlds.make_spatial, engine="chain", timestep=0.02)
+    ),
+    "hand": (worlds.Hand, worlds.make_hand),
+    "hand with its speed told": (worlds.Hand, partial(worlds.make_hand, contact=worlds.TOLD_SPEED)),
+    "touches": (worlds.Touches, worlds.make_touches),
+    "trains": (worlds.Trains, worlds.make_trains),
+    "record": (worlds.Record, worlds.make_record),
+    "bases": (worlds.Bases, worlds.make_bases),
+    "film": (worlds.Film, worlds.make_film),
+    "film with doubts": (worlds.Film, partial(worlds.make_film, doubted=True)),
+    "lines": (worlds.Lines, worlds.make_lines),
+    "framed lines": (worlds.Lines, partial(worlds.make_lines, framed=True)),
+    "bent": (worlds.Bent, worlds.make_bent),
+    "animals": (worlds.Animals, worlds.make_animals),
+    "fitted": (worlds.Calls, partial(worlds.Calls, calls=("fit",))),
+    "learning on": (worlds.Calls, partial(worlds.Calls, calls=("fit", "partial_fit"))),
+    "named": (worlds.Named, worlds.Named),
+    "release": (worlds.Release, worlds.make_release),
+    "wish": (worlds.Wish, worlds.make_wish),
+    "wish with a study": (worlds.Wish, partial(worlds.make_wish, study=True)),
 }  # fmt: skip
 """One of each kind, and awkward ones; made when first asked for."""
 

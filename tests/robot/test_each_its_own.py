@@ -3,7 +3,6 @@ of them has their numbers, in their order. Nothing is simulated.
 """
 
 import re
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,20 +12,16 @@ from feeler import touch
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
 from feeler.robot import (
-    Gap,
     Recording,
     align_recordings,
     load_robot,
     make_dataset,
     make_robot,
-    make_surrogate,
     make_touches,
     make_training,
-    repair,
     write_robot,
 )
-from feeler.robot.classify import TrainingSet, judge_recording
-from feeler.robot.reality import Touches
+from feeler.robot.classify import judge_recording
 from feeler.robot.recordings import ROBOT_FILES
 from feeler.tensors import find_errors
 
@@ -80,57 +75,6 @@ def test_a_training_set_of_the_other_side_is_its_mirror_image():
         ),
         right.values,
     )
-
-
-def make_trials():
-    """Three touches that differ in everything."""
-    first, second = make_touches(locations=(0.6, 0.9), speeds=(0.2,))[::3]
-    return [first, second, replace(first, location=0.7, speed=0.31)]
-
-
-def test_a_surrogate_writes_its_first_sample_and_its_last_and_what_the_touch_was():
-    gap = Gap().scaled(0.0).replace(dropped=0.4)
-    for seed in range(6):
-        robot = make_surrogate(np.random.default_rng(seed), gap=gap)
-        trial = make_trials()[2]
-        recording = robot.record(np.zeros((8, 37)), trial)
-        assert (recording.time[0], recording.time[-1]) == (0.0, 36.0)
-        assert 10 < recording.time.size < 36
-    labels = {"feature": trial.name, "size": 4.0, "location": 0.7, "speed": 0.31}
-    assert recording.labels == labels
-    assert (recording.source, recording.robot, recording.unit) == (
-        "surrogate",
-        "surrogate",
-        "pF",
-    )
-    assert robot.record(np.zeros((8, 9))).labels == {}
-
-
-def make_touches_of(robot, n, felt=()):
-    """Touches of one robot: numbers that say which robot and which touch, some without contact."""
-    values = 100.0 * robot + np.arange(n)[:, None, None] + np.zeros((n, 2, AFTER + 1))
-    values[[k for k in range(n) if k in felt]] = np.nan
-    labels = tuple((f"f{robot}", 0.1 * k, 0.2) for k in range(n))
-    motions = tuple(np.full((2, 3 + k), 100.0 * robot + k) for k in range(n))
-    return Touches(values=values, labels=labels, antenna=make_robot(), motions=motions)
-
-
-def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
-    known = [make_touches_of(0, 2), make_touches_of(1, 4, felt=(1,)), make_touches_of(2, 1)]
-    unknown = [make_touches_of(7, 3, felt=(0,))]
-    values, labels, robots, (others, kinds) = TrainingSet(known=known, unknown=unknown).gather()
-    assert robots.tolist() == [0, 0, 1, 1, 1, 2]
-    assert values[:, 0, 0].tolist() == [0, 1, 100, 102, 103, 200]
-    assert [label[0] for label in labels] == ["f0", "f0", "f1", "f1", "f1", "f2"]
-    assert others[:, 0, 0].tolist() == [701, 702]
-    assert kinds == pytest.approx(np.array([(0.1, 0.2), (0.2, 0.2)]))
-    watched = []
-    decoder = SimpleNamespace(watch=lambda *given: watched.append(given))
-    TrainingSet(known=known, unknown=unknown).watch(decoder)
-    ((motions, names, numbers, (odd, _)),) = watched
-    assert [m[0, 0] for m in motions] == [0, 1, 100, 101, 102, 103, 200]
-    assert [*numbers] == [0, 0, 1, 1, 1, 1, 2] and len(names) == 7
-    assert [m.shape[1] for m in odd] == [3, 4, 5]
 
 
 def make_angles(samples=12, interval=1.0, **more):
@@ -188,19 +132,6 @@ def test_a_robot_s_hinges_and_links_stand_each_in_their_own_place(tmp_path):
     said = [f"{x:g}" for x in (1.3 * k_th[0], 1.3 * k_th[-1], 0.7 * k_th[0], 0.7 * k_th[-1])]
     assert lines[2] == f"stiffness   {said[0]} (base) … {said[1]} (tip) N·mm/rad"
     assert lines[3] == f"damping     {said[2]} (base) … {said[3]} (tip) N·mm·ms/rad"
-
-
-def test_bad_channels_are_those_and_no_others():
-    values = np.random.default_rng(0).normal(size=(3, 60))
-    values[1] = 0.25
-    recording = Recording(time=np.arange(60.0), values=values)
-    with pytest.raises(InvalidInput, match=r"hinge 2 is dead \(always 0\.25\)\. Record again"):
-        repair(recording)
-    mended = repair(recording, bad_channels="missing")
-    assert np.isnan(mended.values).all(axis=1).tolist() == [False, True, False]
-    twice = np.arange(60.0) - (np.arange(60) >= 4)
-    with pytest.raises(InvalidInput, match=r"1 samples share their time .* the first at 3 ms"):
-        repair(recording.replace(time=twice), bad_channels="missing")
 
 
 def _recording(samples=50, **fields):

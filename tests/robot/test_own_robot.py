@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.decoding.transfer import TransferClassifier, find_first_peak
+from feeler.decoding.transfer import find_first_peak
 from feeler.errors import InvalidInput
 from feeler.objects import load_objects
 from feeler.robot import (
@@ -193,20 +193,6 @@ def test_a_recording_with_other_channels_is_refused(lab, verb):
     if verb == "stream":  # it is known before the first sample
         words = "the calibration is for 12 hinges, the antenna has 8 sensors"
     assert words in str(said.exception)
-
-
-def test_probabilities_are_tempered_and_truth_is_judged():
-    rng = np.random.default_rng(0)
-    clean = rng.normal(0, 1, (3, 2, 40))
-    labels = [("ball", 0.9, 0.1), ("box", 0.9, 0.1), ("box", 0.5, 0.1)]
-    classifier = TransferClassifier().fit(clean, labels)
-    index = np.tile(np.arange(3), 40)
-    noisy = clean[index] + rng.normal(0, 4.0, (120, 2, 40))
-    classifier.temper(noisy[:60], [labels[i] for i in index[:60]])
-    sure = classifier.predict_proba(noisy[60:])
-    np.testing.assert_allclose(sure.sum(axis=1), 1)
-    right = classifier.score(noisy[60:], [labels[i] for i in index[60:]])
-    assert sure.max(axis=1).mean() == pytest.approx(right, abs=0.15)  # as sure as it is right
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,6 @@ training.
 import numpy as np
 import pytest
 
-from feeler.analysis import compute_dispersion
-from feeler.decoding import Relative, compute_sweep
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
 from feeler.robot import (
@@ -15,18 +13,11 @@ from feeler.robot import (
     add_robots,
     align_recordings,
     draw_robots,
-    make_robot,
     make_touches,
     make_training,
     measure_transfer,
     sweep_shots,
     touch_robots,
-)
-from feeler.robot.reality import _choose_before
-from paper import fig6_data
-from paper.fig6_data import (
-    _PROFILES,
-    compute_comparison,
 )
 
 
@@ -49,17 +40,6 @@ def test_the_training_set_is_30_classes_and_every_touch_has_a_peak(training):
     peak = tip[:, 1500]
     assert np.all(peak >= tip[:, 1499]) and np.all(peak >= tip[:, 1501])
     assert training.before == 1500
-
-
-@pytest.mark.parametrize(
-    ("speed", "length", "before"),
-    [(0.027, 1, 1500), (0.27, 1, 1500), (0.02, 1, 2025), (0.27, 20, 3000)],
-)
-def test_the_window_is_longer_for_slower_touches_and_longer_antennae(speed, length, before):
-    robot = make_robot()
-    long = robot.replace(segment_length=length * robot.segment_length)
-    trials = make_touches(speeds=(0.27, speed), locations=(0.9,))
-    assert _choose_before(long, trials) == before
 
 
 def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
@@ -114,39 +94,3 @@ def test_a_recording_without_contact_says_so(classifier):
     rng = np.random.default_rng(0)
     still = Recording(time=np.arange(800.0), values=rng.normal(0, 0.002, (8, 800)))
     assert classifier.predict(align_recordings([still]))[0][0] == "no contact"
-
-
-def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
-    """Random tensors in the place of touches: those of the linear profile and the slow speed are
-    the robot's own.
-    """
-    planted = {}
-
-    def touch(antenna, speed, engine):
-        assert engine == "mujoco"
-        rng = np.random.default_rng(len(planted))
-        alike = 5 + 0.8 * rng.random((10, 8, 30))  # so that noise hides some
-        planted[antenna.name, speed] = alike * (1 + len(planted))
-        return planted[antenna.name, speed]
-
-    monkeypatch.setattr(fig6_data, "touch_robot", touch)
-    found = compute_comparison(engine="mujoco", n_repeats=2, random_state=3)
-    groups = {f"{v:g} m/s": planted["robot linear", v] for v in (0.27, 0.135, 0.027)}
-    slow = {name: planted[f"robot {name}", 0.027] for name in _PROFILES}
-    assert len(planted) == 5
-    classes = [f"{trial.name} {trial.location:g}" for trial in make_touches()[:10]]
-    for measured, expected in ((found["speed"], groups), (found["profile"], slow)):
-        assert list(measured) == list(expected)
-        names = np.repeat(list(expected), 10)
-        dispersion = compute_dispersion(np.concatenate(list(expected.values())), list(names))
-        for name, tensors in expected.items():
-            noise = Relative(each="tensor")
-            sweep = compute_sweep(
-                tensors, classes, ratios=(0.2,), n_repeats=2, noise=noise, random_state=3
-            )
-            assert measured[name]["accuracy"] == pytest.approx(sweep.noisy.mean())
-            assert (
-                sweep.noisy.mean() < sweep.clean.mean() - 0.1
-            )  # that of noisy copies, no other
-            for index in ("pearson", "ssim", "mse", "nmi"):
-                assert measured[name][index] == dispersion.average[index][name]

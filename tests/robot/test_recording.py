@@ -163,13 +163,6 @@ def test_round_trip(tmp_path):
     assert (again.robot, again.source, again.labels) == ("A", "surrogate", recording.labels)
 
 
-def test_repair_of_a_perfect_recording_changes_nothing():
-    wave = _wave()
-    fixed = repair(wave)
-    np.testing.assert_allclose(fixed.values, wave.values, atol=1e-12)
-    assert "none dropped" in fixed.history[-1]
-
-
 def test_jitter_drops_and_offset_time_are_mended_and_said():
     rng = np.random.default_rng(1)
     wave = _wave()

@@ -13,7 +13,7 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 from feeler.errors import InvalidInput
 from feeler.robot import Gap, make_dataset, make_robot, make_surrogate, simulate_touches
 from feeler.robot.description import ROBOT_FACTS
-from feeler.robot.recordings import Recording, load_recording, save_recording
+from feeler.robot.recordings import load_recording, save_recording
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
     _add_mount,
@@ -272,13 +272,6 @@ def test_wander_grows_as_a_random_walk_to_its_size_after_one_second_and_noise_is
     white = noisy.read(np.zeros((1, 20_000)), np.random.default_rng(2))[0]
     assert white.std() == pytest.approx(0.02, rel=0.03)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.03
-
-
-def test_the_resting_level_is_the_mean_of_what_was_before():
-    values = np.array([[1.0, 3.0, 9.0, 9.0], [np.nan, 2.0, 5.0, 5.0]])
-    found = subtract_rest(Recording(time=np.array([0.0, 1.0, 2.0, 3.0]), values=values), 2.0)
-    np.testing.assert_allclose(found.values, [[-1.0, 1.0, 7.0, 7.0], [np.nan, 0.0, 3.0, 3.0]])
-    assert found.history[-1] == "mean of the first 2 ms subtracted"
 
 
 @pytest.mark.parametrize("play", [0.2, 3.0])

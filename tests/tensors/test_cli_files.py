@@ -1,8 +1,5 @@
 """The verbs around files: info, validate, convert, antenna, and progress."""
 
-import io
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +9,6 @@ from feeler.antenna.animals import cockroach
 from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.progress import ProgressBar
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import save
 from feeler.tensors.models import Model, save_model
@@ -93,35 +89,6 @@ def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensor
     assert "'source' must be one of simulation, robot, surrogate" in result.output
     assert "c.0.0.0 (trials 0 to 1) is missing or damaged" in result.output
     assert "no such file" in result.output
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def test_progress_is_quiet_without_a_terminal_and_json_on_request():
-    now = iter([0.0, 2.0, 4.0, 6.0])
-    quiet, lines, screen = io.StringIO(), io.StringIO(), Terminal()
-    with ProgressBar(stream=quiet) as progress:
-        progress(1, 2)
-    assert quiet.getvalue() == ""
-    progress = ProgressBar(log_json=True, stream=lines, clock=lambda: next(now))
-    progress(11, 20)  # ten were there before
-    progress(12, 20)
-    events = [json.loads(line) for line in lines.getvalue().splitlines()]
-    assert events[0] == {
-        "event": "trials",
-        "done": 11,
-        "total": 20,
-        "per_second": 0.5,
-        "seconds_left": 18.0,
-    }
-    assert events[1]["per_second"] == 0.5
-    with ProgressBar("touches", stream=screen) as progress:
-        progress(1, 2)
-        progress(2, 2)
-    assert "touches" in screen.getvalue() and "2/2" in screen.getvalue()
 
 
 def test_what_tracks_writes_of_a_posture_is_valid_as_it_is(tmp_path):

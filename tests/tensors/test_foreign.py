@@ -172,16 +172,6 @@ def test_mujoco_plays_an_exported_scene_as_the_chain_does(tmp_path, trial):
     assert np.abs(np.array(rows) - expected).max() < 1e-3 * peak
 
 
-def test_a_picture_of_an_antenna_is_its_outline_in_millimetres():
-    antenna = make_antenna()
-    picture = antenna._repr_html_()
-    points = re.search(r'<polyline points="([^"]+)"', picture)[1]
-    drawn = np.array([pair.split(",") for pair in points.split()], dtype=float)
-    expected = antenna.shape() * [1, -1]
-    np.testing.assert_allclose(drawn - drawn[0], expected - expected[0], atol=2e-3)
-    assert f'stroke-width="{2 * antenna.radius.mean():.4g}"' in picture
-
-
 def test_an_antenna_file_is_read_by_any_toml_reader(tmp_path):
     antenna = make_antenna()
     feeler.save_antenna(antenna, tmp_path / "a.toml")
