@@ -16,7 +16,6 @@ from feeler.plotting.results import (
     plot_approach,
     plot_bases,
     plot_index,
-    plot_kinds,
     plot_raster,
     plot_sweep,
     plot_touch_spikes,
@@ -249,13 +248,6 @@ def test_closest_matches_stand_above_their_group_with_their_interval(ax):
     for place, (drawn, found) in enumerate(zip(dots, values.values(), strict=True)):
         np.testing.assert_array_equal(drawn[:, 1], found)
         assert np.all(np.abs(drawn[:, 0] - place) <= 0.15)
-
-
-def test_a_second_kind_of_code_stands_beside_the_first(ax):
-    one = make_dispersion({"fast": np.array([0.2]), "slow": np.array([0.5])})
-    plot_kinds([one, one], "nmi", ax)
-    dots = np.concatenate([read(line) for line in ax.lines if line.get_marker() == "."])
-    np.testing.assert_allclose(np.sort(np.round(dots[:, 0])), [0, 1, 3, 4])
 
 
 def test_bases_name_lags_in_milliseconds(ax):
