@@ -18,7 +18,6 @@ from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
 
-_N_CLASSES = 18  # of studies/design/declared.toml
 _LIVE = DesignTask(
     objects=("ball:radius=1.5", "box"),
     locations=(0.7, 0.9),
