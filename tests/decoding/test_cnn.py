@@ -156,3 +156,27 @@ def test_another_version_or_a_damaged_file_says_so(tmp_path):
     }.items():
         with pytest.raises(InvalidInput, match=words):
             TouchNetwork.load(tmp_path / name, device="cpu")
+
+
+def test_a_tracker_gets_each_epoch_with_its_loss_and_may_end_the_training():
+    pytest.importorskip("torch")
+    X, y = make_touches()
+    network, logged = TouchNetwork(**QUICK), []
+
+    def log(done, total):
+        logged.append((done, total, network.validation_loss_[-1]))
+
+    network.fit(X, y, progress=log)
+    losses = [*zip(range(1, 7), [6] * 6, network.validation_loss_, strict=False)]
+    assert logged == losses[: network.n_epochs_]
+
+    class PrunedError(Exception):
+        """As Optuna's."""
+
+    def prune(done, total):
+        if done == 2:
+            raise PrunedError
+
+    with pytest.raises(PrunedError):
+        network.fit(X, y, progress=prune)
+    assert network.n_epochs_ == 2

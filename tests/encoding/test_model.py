@@ -231,6 +231,18 @@ def test_learning_in_batches_approaches_the_full_fit(touches):
     assert stream.components_.shape == (3, 14, 10)
 
 
+def test_a_tracker_is_told_how_far_a_fit_is(touches):
+    told = []
+    encoder = ConvolutiveNMF(n_components=2, n_lags=5, max_iter=20, n_restarts=2, n_jobs=1)
+    encoder.fit(touches, progress=lambda *words: told.append(words))
+    assert [done for done, _ in told] == [*range(1, len(told) + 1)]
+    assert {total for _, total in told} == {40} and 2 < len(told) <= 40
+    told.clear()
+    encoder.fit_stream(touches, batch_size=7, n_epochs=2, progress=lambda *w: told.append(w))
+    total = 2 * -(-len(touches) // 7)
+    assert told == [(k, total) for k in range(1, total + 1)]
+
+
 def test_stream_reads_zarr_a_batch_at_a_time(touches, tmp_path):
     import zarr
 

@@ -30,9 +30,7 @@ FOLDERS = {
 }
 pytestmark = [
     pytest.mark.long,
-    pytest.mark.filterwarnings(
-        "ignore:The data type", "ignore:trials .* will be computed again"
-    ),
+    pytest.mark.filterwarnings("ignore:The data type", "ignore:trials of the store"),
 ]
 
 

@@ -3,6 +3,7 @@ the track; what cannot be mended is named.
 """
 
 import json
+import re
 import warnings
 from datetime import UTC, datetime
 
@@ -66,10 +67,11 @@ def test_a_swing_has_its_speed_at_every_rhythm_and_frame_rate(frequency, frame_r
 def test_a_low_pass_that_takes_the_motion_away_says_so():
     """Two passes of second order at 6 Hz leave 1/(1 + (8/6)⁴) of 8 Hz."""
     position = film(8, 500)
-    with pytest.warns(
-        ModelValidityWarning, match="takes away 7.% of the speed of left_tip.* at 8 Hz"
-    ):
+    with pytest.warns(ModelValidityWarning, match="may be off") as warned:
         ratio, _ = speeds(position, 500, 8, cutoff="paper")
+    assert re.search(
+        "takes away 7.% of the speed of left_tip.* at 8 Hz", warned[0].message.details
+    )
     np.testing.assert_allclose(ratio, 1 / (1 + (8 / 6) ** 4), rtol=0.03)
     with warnings.catch_warnings():
         warnings.simplefilter("error", ModelValidityWarning)
@@ -80,10 +82,11 @@ def test_a_low_pass_that_takes_the_motion_away_says_so():
 
 
 def test_a_film_that_is_too_slow_for_the_motion_says_so():
-    with pytest.warns(
-        ModelValidityWarning, match=r"20 Hz, which the film shows in 2\.5 frames a cycle"
-    ):
+    with pytest.warns(ModelValidityWarning, match="may be off") as warned:
         speeds(film(20, 50), 50, 20)
+    assert re.search(
+        r"20 Hz, which the film shows in 2\.5 frames a cycle", warned[0].message.details
+    )
 
 
 def lose_body(position):
@@ -137,14 +140,16 @@ def test_faults_of_the_track_change_the_speed_little_and_are_named(
 
 def test_names_that_contradict_the_geometry_are_asked_about():
     tracks = make(film(2, 100), 100)
-    with pytest.warns(
-        ModelValidityWarning, match="point backwards in .* are abdomen and head exchanged"
-    ):
+    with pytest.warns(ModelValidityWarning, match="may be off") as warned:
         measure_exploration([tracks], landmarks={"head": "abdomen", "abdomen": "head"})
-    with pytest.warns(
-        ModelValidityWarning, match="right_tip lies on the right and left_tip on the left"
-    ):
+    assert re.search(
+        "point backwards in .* are abdomen and head exchanged", warned[0].message.details
+    )
+    with pytest.warns(ModelValidityWarning, match="may be off") as warned:
         measure_exploration([tracks], landmarks={"tips": ("right_tip", "left_tip")})
+    assert re.search(
+        "right_tip lies on the right and left_tip on the left", warned[0].message.details
+    )
 
 
 def test_one_peak_has_no_error_and_much_missing_no_mean():

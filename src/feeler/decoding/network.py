@@ -12,6 +12,7 @@ from sklearn.model_selection import train_test_split
 
 from feeler.decoding.classifiers import Classifier, check_labels
 from feeler.errors import InvalidInput, require_extra
+from feeler.progress import show_progress
 from feeler.tensors.models import Model, load_model, save_model
 from feeler.tensors.transforms import find_scale
 
@@ -78,8 +79,11 @@ class TouchNetwork(Classifier):
         self.device = device
         self.random_state = random_state
 
-    def fit(self, X, y):
+    def fit(self, X, y, progress=None):
         """Train on tensors ``X`` (trial, sensor · time) or (trial, sensor, time).
+
+        ``progress`` is called with the number of epochs done and their number, at most, after each;
+        ``validation_loss_`` holds the losses so far. Default: a bar that appears after 5 s.
 
         Raises
         ------
@@ -106,9 +110,9 @@ class TouchNetwork(Classifier):
             self.network_ = _make_network(torch, self.shape_, self.classes_.size).to(
                 self.device_
             )
-            self._train(
-                torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate)
-            )
+            parts = torch.from_numpy(train), torch.from_numpy(validate)
+            with show_progress(progress, "epochs, at most") as advance:
+                self._train(torch, data, targets, *parts, advance)
         return self
 
     def _decide(self, X):
@@ -225,7 +229,7 @@ class TouchNetwork(Classifier):
             random_state=self.random_state,
         )
 
-    def _train(self, torch, data, targets, train, validate) -> None:
+    def _train(self, torch, data, targets, train, validate, advance) -> None:
         # fused: a sixth faster
         weights = self.network_.parameters()
         optimiser = torch.optim.Adam(weights, lr=self.learning_rate, fused=True)
@@ -240,6 +244,8 @@ class TouchNetwork(Classifier):
                     ).backward()
                     optimiser.step()
             losses.append(self._validate(torch, data, targets, validate))
+            self.validation_loss_, self.n_epochs_ = np.array(losses), len(losses)
+            advance(len(losses), self.max_epochs)
             if losses[-1] < best:
                 best, self.best_epoch_ = losses[-1], epoch
                 kept = {key: value.clone() for key, value in self.network_.state_dict().items()}
@@ -247,7 +253,6 @@ class TouchNetwork(Classifier):
                 break
         if kept is not None:
             self.network_.load_state_dict(kept)
-        self.validation_loss_, self.n_epochs_ = np.array(losses), len(losses)
 
     def _validate(self, torch, data, targets, validate) -> float:
         self.network_.eval()

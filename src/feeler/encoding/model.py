@@ -237,6 +237,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         sample_weight=None,
         components=None,
         activations=None,
+        progress=None,
     ):
         """Learn the bases of tensors.
 
@@ -258,6 +259,8 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         components, activations : np.ndarray, optional
             Where to start: (component, sensor, lag) and (trial, component, time); then there is one
             restart.
+        progress : Callable, optional
+            Called with the number of iterations done and their number, at most, of all restarts.
 
         Raises
         ------
@@ -276,7 +279,10 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         data, threads = Data(tensors, self.n_lags, hidden), _count_threads(self.n_jobs)
         starts = list(draw_starts(self, tensors, data, components, activations))
         most, done = len(starts) * self.max_iter, count(1)
-        with show_progress(None, "iterations, at most") as advance, open_pool(threads) as run:
+        with (
+            show_progress(progress, "iterations, at most") as advance,
+            open_pool(threads) as run,
+        ):
             # threads wait least where each has a start of its own
             outer, inner = (run, map) if len(starts) >= threads else (map, run)
 
@@ -417,7 +423,9 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         self._set_bases(*self._learn_batch(X, learned, forget))
         return self
 
-    def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7, prepare=None):
+    def fit_stream(
+        self, source, *, batch_size=32, n_epochs=5, forget=0.7, prepare=None, progress=None
+    ):
         """Learn from tensors that need not fit into memory, a batch of trials at a time.
 
         It starts anew, from bases drawn once (``n_restarts`` and ``max_iter`` play no part), reads
@@ -440,6 +448,8 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
             Applied to each batch first, for instance ``feeler.tensors.rectify`` to stored tensors,
             which are signed; with touches from the right, ``lambda X: rectify(mirror_to_left(X))``
             of a DataArray, which knows their sides.
+        progress : Callable, optional
+            Called with the number of batches done and their number.
         """
         if len(getattr(source, "shape", ())) != 3:
             raise InvalidInput(
@@ -455,7 +465,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         if not firsts:
             raise InvalidInput(f"The source holds no trials: shape {source.shape}.")
         learned: Any = None
-        with show_progress(None, "batches") as advance:
+        with show_progress(progress, "batches") as advance:
             for k, first in enumerate(firsts, 1):
                 batch = source[first : first + batch_size]
                 learned = self._learn_batch(

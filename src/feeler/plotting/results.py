@@ -235,8 +235,7 @@ def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
         ax.plot(dots, values, ".", ms=2, color=colours[name], alpha=0.4)
         error = [[one.estimate - one.low], [one.high - one.estimate]]
         look: dict[str, Any] = {"fmt": "o", "ms": 4, "capsize": 2, "color": colours[name]}
-        at = np.array([[place + 0.28], [one.estimate]])
-        ax.errorbar(*at, error, label=name, **look)
+        ax.errorbar([place + 0.28], [one.estimate], error, label=name, **look)
     ax.set_xticks(
         range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7
     )

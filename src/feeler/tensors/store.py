@@ -23,7 +23,7 @@ from annotated_types import Ge, Le
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from feeler.errors import InvalidInput, StoreError, require_extra
+from feeler.errors import InvalidInput, StoreError, _DetailedWarning, require_extra
 
 require_extra("zarr", "store", "a store of touches")
 import zarr  # noqa: E402
@@ -215,10 +215,11 @@ class Store:
         self.group_size = about["group"]
         damage = list(_find_damaged_chunks(self.path, arrays))
         for first, last, file, _ in damage:
-            warnings.warn(
-                f"trials {first} to {last} will be computed again: {file} is missing or damaged.",
-                stacklevel=6,
+            text = (
+                "trials of the store will be computed again, as files are missing or damaged."
             )
+            named = f"These are trials {first} to {last}, in {file}."
+            warnings.warn(_DetailedWarning(text, named), stacklevel=6)
             file.unlink(missing_ok=True)  # of a damaged chunk no part can be written
         self.finished[:n_stored] = arrays[_FLAGS][:]
         for first, last, *_ in damage:

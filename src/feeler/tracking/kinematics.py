@@ -685,8 +685,9 @@ def measure_exploration(
     if np.isnan(mean_peak).all():
         raise InvalidInput(_explain_nothing(trials, sweeps, min_prominence))
     remarks = tuple(tuple(words) for _, _, words in found)
-    for words in dict.fromkeys(words for trial in remarks for words in trial):
-        warnings.warn(words, ModelValidityWarning, stacklevel=3)
+    if said := dict.fromkeys(words for trial in remarks for words in trial):
+        text = "the speeds of a trial may be off, as its remarks say."
+        warnings.warn(ModelValidityWarning(text, " ".join(said)), stacklevel=3)
     tips = (landmarks or {}).get("tips", ("left", "right"))
     missing = [
         [
