@@ -232,7 +232,7 @@ def test_a_kept_section_has_its_numbers_and_says_whence(folder):
     found = find_shipped(STAGE, Context(scale="quick"), folder)
     assert found.values == {"three.lines": 3.0} and found.scale == "paper"
     assert re.fullmatch(
-        r"Kept from a run at paper scale of \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
+        r"Precomputed at paper scale on \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
     )
     assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
 
