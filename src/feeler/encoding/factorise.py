@@ -45,6 +45,9 @@ class Data:
         starts = range(0, self.n_trials, TRIALS_PER_TASK)
         self.blocks = [slice(start, start + TRIALS_PER_TASK) for start in starts]
         self.spectra = compute_spectra(tensors, self.length)
+        top = tensors.max(axis=(1, 2), keepdims=True)
+        self.top = np.where(top > 0, top, 1.0)
+        self.single = (self.spectra / self.top).astype(np.float32)
         self.energy = float(np.vdot(tensors, tensors))
         self.silent = ~tensors.any(axis=(1, 2))
         self.tensors, self.hidden = tensors, hidden
@@ -56,6 +59,7 @@ class Data:
         filled = np.where(self.hidden, reconstruct(components, activations), self.tensors)
         data = copy(self)
         data.spectra = compute_spectra(filled, self.length)
+        data.single = (data.spectra / data.top).astype(np.float32)
         data.energy = float(np.vdot(filled, filled))
         return data
 
@@ -67,9 +71,12 @@ class Data:
         return float(np.vdot(rest, rest))
 
     def see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
-        """A (trial, component, time): the bases (their transform) correlated with the tensors."""
-        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
-        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]))
+        """A (trial, component, time): the bases (their transform) correlated with the tensors; of a
+        transform in single precision in that, and in units of each tensor's ``top``.
+        """
+        number = basis_spectra.dtype
+        v_re, v_im = (self.single if number == np.float32 else self.spectra)[:, trials]
+        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]), number)
         correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)
         return invert_spectra(out, self.length, self.n_times)
 
@@ -476,10 +483,14 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     """New activations, block by block, then new bases."""
     data = data.fill(state.components, state.activations)
     activations, steps = state.activations.copy(), state.steps.copy()
-    spectra = compute_spectra(state.components, data.length)
     kernel, fringe = compute_basis_gram(state.components)
     joint = settings.joint and settings.sparseness is not None
     l1 = _find_l1(activations, settings)
+    bases, unit = state.components, np.ones_like(data.top)
+    if settings.sparseness is not None and not settings.cross:
+        top = bases.max() or 1.0
+        bases, unit = (bases / top).astype(np.float32), top * data.top
+    spectra = compute_spectra(bases, data.length)
 
     def update(block: slice) -> None:
         seen, rows = data.see(spectra, block), activations[block]
@@ -489,9 +500,11 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
         if settings.sparseness is None:
             multiply_activations(seen, kernel, fringe, pull, rows, settings.inner_steps)
             return
-        own = steps if joint else steps[block]
         seen -= pull
-        descend(seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps)
+        own, scale = steps[block], unit[block]
+        if joint:
+            seen, own, scale = seen * unit, steps, np.ones(1)
+        descend(seen, scale, kernel, fringe, rows, own, l1, joint, settings.inner_steps)
 
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)
