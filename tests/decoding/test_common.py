@@ -170,9 +170,7 @@ def test_single_precision_stays_single(data):
     double = clone(ENCODER).fit(X)
     # the extrapolated steps amplify rounding (1e-7 after two of them, 4e-4 after four)
     np.testing.assert_allclose(encoder.components_, double.components_, atol=2e-3)
-    np.testing.assert_allclose(
-        encoder.reconstruction_err_, double.reconstruction_err_, rtol=1e-3
-    )
+    np.testing.assert_allclose(encoder.reconstruction_err_, double.reconstruction_err_, rtol=1e-3)
 
 
 def test_n_jobs_counts_as_scikit_learn_s_and_changes_no_number(data):

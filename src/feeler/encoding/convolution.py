@@ -340,14 +340,13 @@ def descend(
     l1: float,
     joint: bool,
     n_sweeps: int,
-    tol: float = 0.0,
-) -> int:
+) -> None:
     """:func:`descend_activations` in single precision, which takes half the time, where a
     constraint's sums are short enough, and then exactly onto the constraint. ``seen`` is in
     ``unit`` (1 or trial, 1, 1); units in which the largest numbers are 1 keep the others in range.
     """
-    short = activations.shape[2] * (len(activations) if joint else 1) <= _SINGLE
-    number = np.float32 if short else np.float64
+    length = activations.shape[2] * (len(activations) if joint else 1)
+    number = np.float32 if length <= _SINGLE else np.float64
     height = np.abs(seen).max(axis=None if joint else (1, 2), keepdims=True)
     height[height == 0] = 1.0
     top = kernel.max() or 1.0
@@ -356,10 +355,9 @@ def descend(
         np.ascontiguousarray(values, number)
         for values in (seen / height, kernel / top, fringe / top, activations * scale)
     ]
-    sweeps = descend_activations(*numbers, steps, l1, joint, n_sweeps, tol)
+    descend_activations(*numbers, steps, l1, joint, n_sweeps, 0.0)
     activations[:] = numbers[3] / scale
     project_activations(activations, l1, joint)
-    return sweeps
 
 
 @compiled
@@ -591,7 +589,7 @@ def descend_bases(
     target = seen.transpose(1, 0, 2).reshape(n_sensors, size)
     square = gram.reshape(size, size)
     flat = np.ascontiguousarray(flat)
-    _descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
+    _descend_entries(flat, flat @ square - target, square, n_sweeps)
     bases = np.ascontiguousarray(
         flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
     )
@@ -599,26 +597,19 @@ def descend_bases(
 
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
-def _descend_entries(rows, target, square, n_sweeps):
-    """Lower ½ w·C w − b·w for each row w ≥ 0 and b of ``target``, entry by entry, in place; the
-    slope C w − b follows each change, so that an entry that stays costs nothing.
+def _descend_entries(rows, slopes, square, n_sweeps):
+    """Lower ½ w·C w − b·w for each row w ≥ 0, entry by entry, in place. Its slope C w − b follows
+    each change, so that an entry that stays costs nothing.
     """
-    slope = np.empty(square.shape[0])
     for n in range(rows.shape[0]):
-        row = rows[n]
-        for i in range(row.size):
-            pulled = 0.0
-            for j in range(row.size):
-                pulled += square[i, j] * row[j]
-            slope[i] = pulled - target[n, i]
+        row, slope = rows[n], slopes[n]
         for _ in range(n_sweeps):
             for i in range(row.size):
-                if square[i, i] > 0.0:
-                    change = max(-slope[i] / square[i, i], -row[i])
-                    if change != 0.0:
-                        row[i] += change
-                        for j in range(row.size):
-                            slope[j] += change * square[i, j]
+                change = max(-slope[i] / square[i, i], -row[i]) if square[i, i] > 0.0 else 0.0
+                if change != 0.0:
+                    row[i] += change
+                    for j in range(row.size):
+                        slope[j] += change * square[i, j]
 
 
 @checked

@@ -44,23 +44,24 @@ class Data:
         self.length = fourier_length(self.n_times, n_lags + self.margin)
         starts = range(0, self.n_trials, TRIALS_PER_TASK)
         self.blocks = [slice(start, start + TRIALS_PER_TASK) for start in starts]
+        self.silent = ~tensors.any(axis=(1, 2))
+        self.top = tensors.max(axis=(1, 2), keepdims=True) + self.silent[:, None, None]
+        self.tensors, self.hidden = tensors, hidden
+        self._transform(tensors)
+
+    def _transform(self, tensors: np.ndarray) -> None:
         self.spectra = compute_spectra(tensors, self.length)
-        top = tensors.max(axis=(1, 2), keepdims=True)
-        self.top = np.where(top > 0, top, 1.0)
         self.single = (self.spectra / self.top).astype(np.float32)
         self.energy = float(np.vdot(tensors, tensors))
-        self.silent = ~tensors.any(axis=(1, 2))
-        self.tensors, self.hidden = tensors, hidden
 
     def fill(self, components: np.ndarray, activations: np.ndarray) -> "Data":
         """With the entries that do not count as this model has them; itself where all count."""
         if self.hidden is None:
             return self
-        filled = np.where(self.hidden, reconstruct(components, activations), self.tensors)
         data = copy(self)
-        data.spectra = compute_spectra(filled, self.length)
-        data.single = (data.spectra / data.top).astype(np.float32)
-        data.energy = float(np.vdot(filled, filled))
+        data._transform(
+            np.where(self.hidden, reconstruct(components, activations), self.tensors)
+        )
         return data
 
     def measure_error(self, components: np.ndarray, activations: np.ndarray) -> float:
