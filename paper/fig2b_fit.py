@@ -108,8 +108,14 @@ def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
 
 def show(context: Context, section: Section) -> None:
     """What the published constants score, what optimisers find, and what is determined."""
-    options = {"antenna": context.antenna, "seed": context.seed, "engine": context.engine}
-    found = keep("calibration", compute, context.effort, **options)
+    found = keep(
+        "calibration",
+        compute,
+        context.effort,
+        antenna=context.antenna,
+        seed=context.seed,
+        engine=context.engine,
+    )
     measured, error, accuracy = next(iter(found.scores.values()))
     section.heading("Targets, and what the published constants score")
     section.table(

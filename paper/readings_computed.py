@@ -127,10 +127,9 @@ def _measure_bases(
             constraint=_CONSTRAINTS[constraint],
             random_state=context.seed,
         )
-        one = copy(encoder).set_params(
-            n_restarts=1, constraint="trial"
-        )  # of one touch as "all"
-        alone = one.fit(make_null(arrays[name], 1))
+        # of one touch both constraints say the same: it is fitted once for both
+        alone = copy(encoder).set_params(n_restarts=1, constraint="trial")
+        alone.fit(make_null(arrays[name], 1))
         encoder = known.encoders.get(name) or encoder.fit(arrays[name])
         for definition, measure in fig5f.READINGS.items():
             starts = [float(np.nanmean(measure(one))) for one in encoder.restart_components_]

@@ -24,8 +24,7 @@ def _list_contact(tensors: xr.Dataset) -> np.ndarray:
 def find_end(tensors: xr.Dataset) -> float:
     """When the last touch lets go for good [ms]."""
     contact, time = _list_contact(tensors), in_unit(tensors["time"], "ms").values
-    last = time[contact.any(axis=0)].max() if contact.any() else 0.0
-    return float(last + (time[1] - time[0]))
+    return float(time[contact.any(axis=0)].max(initial=0.0) + time[1] - time[0])
 
 
 def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNamespace:
@@ -43,13 +42,12 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
     array = _rectify(tensors)[:, :, inside]
     same = np.array([np.abs(array - one).max(axis=(1, 2)) < SAME for one in array])
-    kinds = np.unique(np.argmax(same, axis=1)).size
     return SimpleNamespace(
         end=find_end(tensors),
         cut=int(after.sum()),
         again=int((after & ~contact[:, inside][:, -1]).sum()),
         pairs=int(np.triu(same, 1).sum()),
-        ceiling=kinds / len(array),
+        ceiling=np.unique(np.argmax(same, axis=1)).size / len(array),
     )
 
 
@@ -87,10 +85,10 @@ def cut_to_motion(tensors: xr.Dataset) -> list[np.ndarray]:
 
 def _cut_each(array: np.ndarray, kept: np.ndarray) -> list[np.ndarray]:
     """From the first to the last kept sample; of a touch without any one sample, of zeros."""
-    cut = []
-    for angle, times in zip(array, map(np.flatnonzero, kept), strict=True):
-        cut.append(angle[:, times[0] : times[-1] + 1] if times.size else 0 * angle[:, :1])
-    return cut
+    return [
+        angle[:, times[0] : times[-1] + 1] if times.size else 0 * angle[:, :1]
+        for angle, times in zip(array, map(np.flatnonzero, kept), strict=True)
+    ]
 
 
 def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:

@@ -575,8 +575,8 @@ def fit_lda(rows: np.ndarray, classes: np.ndarray) -> Callable[[np.ndarray], np.
     square = within.T @ within
     scale = np.sqrt(np.diag(square) / len(rows))
     scale[scale == 0] = 1.0
-    square /= np.outer(scale, scale) * max(len(rows) - counts.size, 1)
-    energy, turn = np.linalg.eigh(square)
+    square /= max(len(rows) - counts.size, 1)
+    energy, turn = np.linalg.eigh(square / np.outer(scale, scale))
     keep = energy > _LDA_TOL**2
     white = turn[:, keep] / np.sqrt(energy[keep]) / scale[:, None]
     centre = means.mean(axis=0)

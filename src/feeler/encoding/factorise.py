@@ -45,7 +45,7 @@ class Data:
         starts = range(0, self.n_trials, TRIALS_PER_TASK)
         self.blocks = [slice(start, start + TRIALS_PER_TASK) for start in starts]
         self.silent = ~tensors.any(axis=(1, 2))
-        self.top = tensors.max(axis=(1, 2), keepdims=True) + self.silent[:, None, None]
+        self.top = tensors.max(axis=(1, 2), keepdims=True) + np.reshape(self.silent, (-1, 1, 1))
         self.tensors, self.hidden = tensors, hidden
         self._transform(tensors)
 
@@ -488,7 +488,7 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     joint = settings.joint and settings.sparseness is not None
     l1 = _find_l1(activations, settings)
     bases, unit = state.components, np.ones_like(data.top)
-    if settings.sparseness is not None and not settings.cross:
+    if settings.sparseness is not None and not joint and not settings.cross:
         top = bases.max() or 1.0
         bases, unit = (bases / top).astype(np.float32), top * data.top
     spectra = compute_spectra(bases, data.length)
@@ -501,11 +501,9 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
         if settings.sparseness is None:
             multiply_activations(seen, kernel, fringe, pull, rows, settings.inner_steps)
             return
+        own = steps if joint else steps[block]
         seen -= pull
-        own, scale = steps[block], unit[block]
-        if joint:
-            seen, own, scale = seen * unit, steps, np.ones(1)
-        descend(seen, scale, kernel, fringe, rows, own, l1, joint, settings.inner_steps)
+        descend(seen, unit[block], kernel, fringe, rows, own, l1, joint, settings.inner_steps)
 
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)
