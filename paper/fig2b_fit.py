@@ -12,6 +12,7 @@ from feeler.calibration import EigenParameters, Measured
 from feeler.calibration.problem import FAILED
 from feeler.plotting.style import PALETTE, mark_panels, set_decades
 from feeler.report.page import Section
+from paper.cache import keep
 from paper.calibration_report import PAPER_ERROR, PAPER_P, compute
 from paper.context import Context
 
@@ -106,8 +107,13 @@ def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
 
 def show(context: Context, section: Section) -> None:
     """What the published constants score, what optimisers find, and what is determined."""
-    found = compute(
-        context.effort, antenna=context.antenna, seed=context.seed, engine=context.engine
+    found = keep(
+        "calibration",
+        compute,
+        context.effort,
+        antenna=context.antenna,
+        seed=context.seed,
+        engine=context.engine,
     )
     measured, error, accuracy = next(iter(found.scores.values()))
     section.heading("Targets, and what the published constants score")

@@ -3,7 +3,7 @@ locations.
 """
 
 from collections.abc import Callable, Mapping
-from copy import copy
+from copy import copy, deepcopy
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -50,7 +50,12 @@ class CachedNMF(ConvolutiveNMF, auto_wrap_output_keys=None):  # type: ignore[cal
 
 def _fit(settings: dict[str, Any], X: Any, workers: int, **beside: Any) -> dict[str, Any]:
     fitted = vars(ConvolutiveNMF(**settings, n_jobs=workers).fit(X, **beside))
-    return {name: value for name, value in fitted.items() if name not in (*settings, "n_jobs")}
+    # copies: two names for one array would make another key than what is read from the cache
+    return {
+        name: deepcopy(value)
+        for name, value in fitted.items()
+        if name not in (*settings, "n_jobs")
+    }
 
 
 MAIN_RANK = 3  # [P]

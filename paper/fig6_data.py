@@ -37,6 +37,7 @@ from feeler.robot import (
 )
 from feeler.robot.touches import ROBOT_SPEEDS
 from feeler.tensors import rectify
+from paper.cache import keep
 from paper.context import Context
 from paper.scale import Scale
 
@@ -154,7 +155,7 @@ def _measure_early(
 @lru_cache(maxsize=1)
 def load(context: Context) -> SimpleNamespace:
     """What this run shows, computed once for Figs. 6 and S7."""
-    return compute(context.effort, seed=context.seed, engine=context.engine)
+    return keep("robot", compute, context.effort, seed=context.seed, engine=context.engine)
 
 
 # The eight-segment model, compared by speed and by stiffness profile as the insect's is.

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import joblib
 import numpy as np
 import pytest
 from PIL import Image
@@ -107,6 +108,9 @@ def test_a_fit_that_is_recalled_is_the_fit(double):
     first, second = (CachedNMF(**options, n_jobs=n).fit(tensors) for n in (1, 2))
     assert [one["source"] for one in cache._used] == ["computed", "cache"]
     np.testing.assert_array_equal(first.activations_, second.activations_)
+    # so what is made of a fit has one key
+    keys = {joblib.hash(vars(one) | {"n_jobs": None}) for one in (first, second)}
+    assert len(keys) == 1
     np.testing.assert_array_equal(*(one.transform(tensors) for one in (first, second)))
 
 

@@ -572,10 +572,11 @@ def fit_lda(rows: np.ndarray, classes: np.ndarray) -> Callable[[np.ndarray], np.
     means = np.add.reduceat(rows[np.argsort(classes, kind="stable")], starts)
     means /= counts[:, None]
     within = rows - means[classes]
-    scale = within.std(axis=0)
+    square = within.T @ within
+    scale = np.sqrt(np.diag(square) / len(rows))
     scale[scale == 0] = 1.0
-    within /= scale
-    energy, turn = np.linalg.eigh(within.T @ within / max(len(rows) - counts.size, 1))
+    square /= max(len(rows) - counts.size, 1)
+    energy, turn = np.linalg.eigh(square / np.outer(scale, scale))
     keep = energy > _LDA_TOL**2
     white = turn[:, keep] / np.sqrt(energy[keep]) / scale[:, None]
     centre = means.mean(axis=0)

@@ -357,11 +357,11 @@ def plot_shapes(
     ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
     ax.tick_params(length=0)
     ax.spines[["left", "bottom"]].set_visible(False)
-    marks = [Line2D([], [], color=colour, label=words) for colour, words in _STATES.values()]
-    marks.append(Line2D([], [], color=_WALL, label="wall"))
-    marks.append(
-        Line2D([], [], color=PALETTE[2], marker="o", ls="", ms=3, label="greatest bend")
-    )
+    marks = [
+        *(Line2D([], [], color=colour, label=words) for colour, words in _STATES.values()),
+        Line2D([], [], color=_WALL, label="wall"),
+        Line2D([], [], color=PALETTE[2], marker="o", ls="", ms=3, label="greatest bend"),
+    ]
     ax.get_figure().legend(handles=marks, loc="outside lower center", ncols=len(marks))
 
 
