@@ -323,8 +323,9 @@ class Antenna(Record):
         return cls(**{**beam, **fields})
 
     @classmethod
+    @checked
     def from_profile(
-        cls, n_segments: int, *, length: float | None = None, **fields: Any
+        cls, n_segments: Count, *, length: float | None = None, **fields: Any
     ) -> "Antenna":
         """An antenna by its profiles: each quantity a number, an array, a profile, or a formula.
 
