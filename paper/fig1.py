@@ -173,7 +173,6 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
     axes[3].set(xlabel="stiffness [× its own]", ylabel="noise tolerance [rad]", ylim=(0, None))
-    mark_panels(axes)
     for ax in axes:
         ax.legend(
             fontsize=6.5,

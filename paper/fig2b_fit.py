@@ -10,7 +10,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.calibration import EigenParameters, Measured
 from feeler.calibration.problem import FAILED
-from feeler.plotting.style import PALETTE, mark_panels, set_decades
+from feeler.plotting.style import PALETTE, set_decades
 from feeler.report.page import Section
 from paper.cache import keep
 from paper.calibration_report import PAPER_ERROR, PAPER_P, compute
@@ -37,7 +37,6 @@ def plot(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
         _plot_band(found.draws[:, base], found.draws[:, rate], ax)
         ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate]), color=PALETTE[1], label="published")
         ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
-    mark_panels(axes)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
 
 

@@ -16,7 +16,7 @@ from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
 from feeler.experiments.tactile import DURATION
 from feeler.plotting.results import plot_sweep
-from feeler.plotting.style import PALETTE, PROFILE_COLOURS, mark_panels
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.tensors import rectify
 from paper.context import Context
@@ -94,7 +94,6 @@ def plot(data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]], figure: 
     for ax in axes[1]:
         ax.set_xlabel("noise [%]")
     axes[0, 0].legend(fontsize=7, frameon=False)
-    mark_panels(axes)
 
 
 def show(context: Context, section: Section) -> None:

@@ -17,7 +17,7 @@ from feeler.decoding.classifiers import make_lda
 from feeler.decoding.observers import TemplateClassifier
 from feeler.objects import NOISES, Noise, Nuisances, Task
 from feeler.objects.trials import LEAD, SPEEDS, make_features
-from feeler.plotting.style import mark_panels, pick_colours
+from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from feeler.tradeoff import average_sets
@@ -153,7 +153,6 @@ def plot(
         row[0].set_ylabel(f"accuracy [%]\n{kind} noise")
     for ax, case in zip(axes[0], CASES, strict=True):
         ax.set_title(case.replace(", ", ",\n"), fontsize=8)
-    mark_panels(axes)
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(names))
 

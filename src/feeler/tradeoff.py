@@ -20,7 +20,6 @@ from feeler.files import ensure_folder, read_shipped, write_text
 from feeler.objects import Task
 from feeler.plotting.style import (
     NOISE_COLOURS,
-    mark_panels,
     mark_places,
     pick_colours,
     pick_shades,
@@ -154,7 +153,6 @@ def _plot_tradeoff(
     figure.legend(handles=marks, loc="outside lower center", ncols=3)
     low = grid[1, 2].subgridspec(2, 1)
     _plot_costs(measured, [figure.add_subplot(low[k]) for k in range(2)])
-    mark_panels(figure.axes)
 
 
 def _plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import PALETTE, mark_panels
+from feeler.plotting.style import PALETTE
 from feeler.report import Section
 from paper.context import Context
 from studies.amplitude.measure import AMPLITUDES, CLASSIFIERS
@@ -133,7 +133,6 @@ def plot(values: Mapping[str, Any], figure: Figure) -> None:
             ax.set_title(f"{law} noise")
         if not column:
             ax.set_ylabel(f"{_TITLES[classifier]}\ngain [points]")
-    mark_panels(figure.axes)
     handles = [
         Line2D([], [], color=colour, marker="o", ls="", label=f"uniform, {words}")
         for colour, words in zip(PALETTE, CONTROLS.values(), strict=False)

@@ -27,7 +27,7 @@ from feeler.analysis import (
 from feeler.antenna.segments import Antenna
 from feeler.draw import LogRange
 from feeler.objects import Nuisances, Task, Trial, make_feature
-from feeler.plotting.style import PALETTE, mark_panels, mark_places
+from feeler.plotting.style import PALETTE, mark_places
 from feeler.report.page import Section, make_spread
 from feeler.tradeoff import UNITS_OF_NOISE
 from paper.context import Context
@@ -198,7 +198,6 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
                 ax.yaxis,
                 [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]],
             )
-    mark_panels(figure.axes)
     marks = figure.axes[3].get_legend_handles_labels()
     figure.legend(*marks, loc="outside lower center", ncols=len(marks[1]))
 

@@ -13,7 +13,7 @@ from feeler.design import Constraints, DesignTask, score
 from feeler.files import read_shipped
 from feeler.objects import Ball, Trial
 from feeler.objects.noise import Common, Relative
-from feeler.plotting.style import NOISE_COLOURS, PALETTE, mark_panels, pick_colours
+from feeler.plotting.style import NOISE_COLOURS, PALETTE, pick_colours
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
@@ -78,7 +78,6 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
         count, cost = np.array(one["history"]).T
         axes[3].step(count, cost, where="post", color=colour)
     axes[3].set(xlabel="antennas simulated", ylabel="missing bits, touches of the search")
-    mark_panels(figure.axes)
 
 
 def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:

@@ -15,7 +15,7 @@ from feeler.analysis import compute_information, find_noise, scale_peaks
 from feeler.antenna.segments import Antenna
 from feeler.design import match_compliance
 from feeler.objects.trials import LOCATIONS
-from feeler.plotting.style import mark_panels, pick_colours
+from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
 from feeler.study import Study
 from feeler.tensors.transforms import in_unit
@@ -149,7 +149,6 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
             ax.set_ylabel("bits" if field == "bits" else "bits, place known")
             ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
             ax.locator_params(axis="x", nbins=4)
-    mark_panels(figure.axes)
     marks = figure.axes[0].get_legend_handles_labels()[0] + [
         Line2D([], [], color=_GREY, ls=":", label="published rate")
     ]

@@ -16,7 +16,7 @@ from feeler.analysis import compute_information_known_noise, find_told
 from feeler.antenna.segments import Antenna
 from feeler.decoding import IdealObserver
 from feeler.objects import Mixed
-from feeler.plotting.style import PALETTE, mark_panels, mark_places, pick_shades
+from feeler.plotting.style import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from feeler.tradeoff import average_sets, load_declared
@@ -220,7 +220,6 @@ def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> Non
     for ax in (best, lag):
         ax.set(xscale="log", xlabel="bend at which both noises are equal [rad]")
         mark_places(ax.xaxis, [0.0003, 0.003, 0.03, 1.0])
-    mark_panels(figure.axes)
     handles, labels = best.get_legend_handles_labels()
     handles.append(Line2D([], [], color="#888888", ls=":"))
     figure.legend(handles, [*labels, "published rate"], loc="outside lower center", ncols=2)

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import PALETTE, mark_panels
+from feeler.plotting.style import PALETTE
 from feeler.report import Section
 from paper.context import Context
 from studies.spikes.found import average, find_least, say_mean
@@ -103,7 +103,6 @@ def plot(cells: _Cells, figure: Figure) -> None:
     right.set_yticks(range(len(layouts)), layouts)
     right.invert_yaxis()
     right.set(xlabel="accuracy of the published antenna [%]", xlim=(0, 104))
-    mark_panels(figure.axes)
     handles, labels = left.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
 

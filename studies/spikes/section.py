@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import mark_panels, mark_places, pick_colours
+from feeler.plotting.style import mark_places, pick_colours
 from feeler.report import Section
 from paper.context import Context
 from paper.declared import CLAIMED
@@ -66,7 +66,6 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
     by_profile.set(ylabel="accuracy by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
     _plot_places(found, by_place)
     _plot_changes(found, by_change)
-    mark_panels(figure.axes)
     _explain(figure)
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.segments import Antenna
 from feeler.plotting.results import plot_spreads
-from feeler.plotting.style import PALETTE, mark_panels, mark_places
+from feeler.plotting.style import PALETTE, mark_places
 from feeler.report import Section
 from paper.context import Context
 from studies.spikes.found import average, say_mean
@@ -77,7 +77,6 @@ def plot(found: Mapping[str, Any], reference: Antenna, figure: Figure) -> None:
     _plot_kinds(values, "gain", ("unseen", "known", "unseen_tip", "known_tip"), right)
     right.axhline(0.0, color="black", lw=0.8)
     right.set_ylabel("reduction of the error rate [points]")
-    mark_panels(figure.axes)
     shown: dict[str, Any] = {}
     for ax in (left, right):
         shown |= dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))

@@ -21,7 +21,7 @@ from feeler.active.tasks import TouchTask
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped, write_text
-from feeler.plotting.style import PALETTE, mark_panels
+from feeler.plotting.style import PALETTE
 from feeler.progress import show_progress
 from feeler.provenance import Journal, compute_digest, make_key, to_json
 from feeler.records import Ge, Gt, Len, Record, Unit
@@ -534,7 +534,6 @@ def _plot_comparison(
     inches.
     """
     left, right = figure.subplots(1, 2)
-    mark_panels((left, right))
     at = min(1, measured.sizes["deadline"] - 1)
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
     at_work, at_mean = work.isel(deadline=at).values, found["mean"].isel(deadline=at).values
