@@ -62,6 +62,4 @@ __all__ = [
     "measure_reader",
 ]
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy
