@@ -4,7 +4,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from multiprocessing import parent_process
 from threading import Lock, current_thread, main_thread
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
@@ -36,7 +36,7 @@ def _find_notebook() -> bool:
     return getattr(shell, "kernel", None) is not None
 
 
-class ProgressBar:
+class ProgressBar(AbstractContextManager):
     """Called with (done, total); shows done, rate and time left.
 
     With ``log_json`` one line of JSON per call goes to ``stream``; on a terminal or in a notebook a
@@ -172,9 +172,6 @@ class ProgressBar:
         self._bar = self._page = None
         if ProgressBar._on_screen is self:
             ProgressBar._on_screen = None
-
-    def __enter__(self) -> "ProgressBar":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -12,6 +12,7 @@ import os
 import platform
 import re
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -152,7 +153,7 @@ _REMEDY = "Free some space and run the same command again; it goes on from what 
 _FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
 
 
-class Journal:
+class Journal(AbstractContextManager):
     """Results by name, one line of JSON each; without a path they are only kept in memory.
 
     ::
@@ -261,9 +262,6 @@ class Journal:
             self._file.close()
         if hasattr(self, "_lock"):
             self._lock.release()
-
-    def __enter__(self) -> "Journal":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -131,15 +131,22 @@ def _list_pairs(rows: slice, columns: slice) -> np.ndarray:
     return np.stack(np.divmod(np.arange(n_rows * n_columns), n_columns), axis=1)
 
 
-def _fold_pairs(
-    values: np.ndarray, pairs: np.ndarray, rows: slice, columns: slice
-) -> np.ndarray:
-    """The block (row, column) that the values of ``_list_pairs`` belong to."""
-    block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
-    block[pairs[:, 0], pairs[:, 1]] = values
-    if rows == columns:
-        block[pairs[:, 1], pairs[:, 0]] = values
-    return block
+def _compare_blocks(
+    prepare: Callable[[slice], tuple], kernel: Callable[..., np.ndarray], *given: Any
+) -> Block:
+    """Blocks (row, column) of what a compiled kernel gives for pairs of two prepared slices."""
+
+    def compute(rows: slice, columns: slice) -> np.ndarray:
+        a = prepare(rows)
+        b = a if rows == columns else prepare(columns)
+        pairs = _list_pairs(rows, columns)
+        block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
+        block[pairs[:, 0], pairs[:, 1]] = values = kernel(*a, *b, pairs, *given)
+        if rows == columns:
+            block[pairs[:, 1], pairs[:, 0]] = values
+        return block
+
+    return compute
 
 
 def _name_trials(indices: np.ndarray) -> str:
@@ -342,18 +349,7 @@ def _make_nmi(
         levels = digitise(array[part].reshape(-1, size), n_bins, low, high)
         return levels, np.stack([np.bincount(row, minlength=n_bins) for row in levels])
 
-    def compute(rows: slice, columns: slice) -> np.ndarray:
-        a = prepare(rows)
-        b = a if rows == columns else prepare(columns)
-        pairs = _list_pairs(rows, columns)
-        return _fold_pairs(
-            _compare_pairs_nmi(*a, *b, pairs, self_information, gain, zero),
-            pairs,
-            rows,
-            columns,
-        )
-
-    return compute
+    return _compare_blocks(prepare, _compare_pairs_nmi, self_information, gain, zero)
 
 
 NMI = Index(label="NMI", make=_make_nmi, needs_range=True)
@@ -507,13 +503,7 @@ def _make_ssim(
         mean, square = _filter_all(images, taps)
         return images, mean, square - mean**2
 
-    def compute(rows: slice, columns: slice) -> np.ndarray:
-        a = prepare(rows)
-        b = a if rows == columns else prepare(columns)
-        pairs = _list_pairs(rows, columns)
-        return _fold_pairs(_compare_pairs(*a, *b, pairs, taps, c1, c2), pairs, rows, columns)
-
-    return compute
+    return _compare_blocks(prepare, _compare_pairs, taps, c1, c2)
 
 
 SSIM = Index(label="SSIM", make=_make_ssim)

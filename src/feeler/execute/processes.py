@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache, partial
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait
@@ -88,7 +88,7 @@ def _sweep_listeners() -> None:
 
 
 @checked
-class ProcessExecutor:
+class ProcessExecutor(AbstractContextManager):
     """``workers`` processes, one task each at a time; a process that dies fails its one task and is
     replaced.
 
@@ -215,9 +215,6 @@ class ProcessExecutor:
         self._kills += 1
         self._drop()
         self._breaks = 0
-
-    def __enter__(self) -> "ProcessExecutor":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.kill()

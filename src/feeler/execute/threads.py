@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from typing import Any
 
@@ -60,7 +60,7 @@ def _find_blas() -> ThreadpoolController:
 
 
 @checked
-class ThreadExecutor:
+class ThreadExecutor(AbstractContextManager):
     """``workers`` threads, and none where one is asked for ``map``. The interpreter's end waits for
     the tasks that are running: an engine cannot be left in the middle of its work.
     """
@@ -96,9 +96,6 @@ class ThreadExecutor:
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
         self._pool = None
-
-    def __enter__(self) -> "ThreadExecutor":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.kill()

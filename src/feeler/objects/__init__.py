@@ -63,6 +63,4 @@ __all__ = [
     "split_convex",
 ]
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

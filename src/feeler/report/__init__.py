@@ -11,6 +11,4 @@ from feeler.report.page import (
 
 __all__ = ["Part", "Section", "make_interval", "make_spread", "render_page", "write_page"]
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

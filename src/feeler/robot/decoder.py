@@ -44,7 +44,7 @@ from feeler.validation import Count, Seed, checked
 
 _KIND, _VERSION = "RobotDecoder", 1
 _PARTS = "whole", "live", "watch"
-_DROPPED, _DRAWS = (1, 2, 3), 6  # [C] sensors left out at random, and how often
+_DROPPED, _DRAWS = 3, 6  # [C] sensors left out at random, at most, and how often
 _MOST_KEPT = 8  # [C] decoders in the cache
 
 
@@ -93,8 +93,7 @@ class RobotDecoder:
     @property
     def accuracy(self) -> float:
         """Share of held-out touches of surrogate robots that were classified correctly."""
-        confusion = self.classifier.confusion_
-        return float(np.trace(confusion) / confusion.sum())
+        return _share_right(self.classifier)
 
     def check_robot(self, name: str, what: str = "the recording") -> None:
         """Refuse what is of another robot, by name; "" is of no known one.
@@ -368,18 +367,20 @@ def _measure_tolerance(classifier: StudentTClassifier, seed: int) -> dict[str, f
     """Held-out accuracy without sensors that are drawn at random."""
     rng, found = np.random.default_rng([seed, 2]), {}
     n_sensors, n_samples = classifier.shape_
-    for count in _DROPPED:
-        if count >= n_sensors:
-            continue
+    for count in range(1, min(_DROPPED, n_sensors - 1) + 1):
         shares = []
         for _ in range(min(_DRAWS, n_sensors)):
             touch = np.zeros((1, n_sensors, n_samples))
             touch[:, rng.choice(n_sensors, count, replace=False)] = np.nan
-            confusion = classifier._look(touch, None)[0].confusion_
-            shares.append(np.trace(confusion) / confusion.sum())
-        classifier._without.clear()
+            shares.append(_share_right(classifier._look(touch, None)[0]))
         found[str(count)] = float(np.mean(shares))
+    classifier._without.clear()
     return found
+
+
+def _share_right(classifier: StudentTClassifier) -> float:
+    """Share of held-out touches that were classified correctly."""
+    return float(np.trace(classifier.confusion_) / classifier.confusion_.sum())
 
 
 # Decoders that were trained without a file's name are kept in the user's cache.

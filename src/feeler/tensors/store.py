@@ -13,7 +13,7 @@ import os
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -167,7 +167,7 @@ def open_store(
     return Store(Path(path), to_jsonable(configuration), int(n_trials), made, int(size))
 
 
-class Store:
+class Store(AbstractContextManager):
     """A store that is open for writing; use :func:`open_store`, and ``feeler.load`` to read one.
 
     Attributes
@@ -347,9 +347,6 @@ class Store:
     def close(self) -> None:
         """Let go of the lock."""
         self._lock.release()
-
-    def __enter__(self) -> "Store":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
