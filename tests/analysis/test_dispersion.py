@@ -279,20 +279,20 @@ def tensors():
     return {
         "exponential": make_tensors(2.0),
         "linear": make_tensors(0.8),
-        "constant": make_tensors(0.1),
+        "uniform": make_tensors(0.1),
     }
 
 
 def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
     listed = list_groups(tensors)
     assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
-    assert list(listed["profile"]) == ["exponential", "linear", "constant"]
+    assert list(listed["profile"]) == ["exponential", "linear", "uniform"]
     labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
     assert len(set(labels)) == 1 and len(labels[0]) == 12
 
 
 def test_antennas_may_have_different_numbers_of_sensors(tensors):
-    fewer = tensors["constant"].isel(sensor=slice(None, None, 2))
+    fewer = tensors["uniform"].isel(sensor=slice(None, None, 2))
     found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), plan=PLAN)
     alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), plan=PLAN)
     # each antenna's own tensors, however many sensors its neighbour has
