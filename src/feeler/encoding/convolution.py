@@ -72,7 +72,7 @@ def fourier_length(n_times: int, n_lags: int) -> int:
 
 def compute_spectra(tensors: np.ndarray, length: int) -> np.ndarray:
     """Fourier transform over the last axis, real and imaginary part apart: (2, ..., frequency)."""
-    spectra = np.empty((2, *tensors.shape[:-1], length // 2 + 1), tensors.dtype)
+    spectra = np.empty((2, *tensors.shape[:-1], length // 2 + 1))
     for start in range(0, len(tensors), 8):  # a few at a time: no second copy of all
         transform = fft.rfft(tensors[start : start + 8], length)
         spectra[0, start : start + 8] = transform.real
@@ -82,7 +82,7 @@ def compute_spectra(tensors: np.ndarray, length: int) -> np.ndarray:
 
 def invert_spectra(spectra: np.ndarray, length: int, keep: int) -> np.ndarray:
     """The first `keep` samples of the signals whose transforms these are."""
-    transform = np.empty(spectra.shape[1:], np.result_type(spectra, np.complex64))
+    transform = np.empty(spectra.shape[1:], dtype=complex)
     transform.real, transform.imag = spectra
     return np.ascontiguousarray(fft.irfft(transform, length, overwrite_x=True)[..., :keep])
 
@@ -332,7 +332,6 @@ _SINGLE = 100_000
 
 def descend(
     seen: np.ndarray,
-    unit: np.ndarray | float,
     kernel: np.ndarray,
     fringe: np.ndarray,
     activations: np.ndarray,
@@ -340,24 +339,24 @@ def descend(
     l1: float,
     joint: bool,
     n_sweeps: int,
-) -> None:
+    tol: float = 0.0,
+) -> int:
     """:func:`descend_activations` in single precision, which takes half the time, where a
-    constraint's sums are short enough, and then exactly onto the constraint. ``seen`` is in
-    ``unit`` (1 or trial, 1, 1); units in which the largest numbers are 1 keep the others in range.
+    constraint's sums are short enough, and then exactly onto the constraint. Units in which the
+    largest numbers are 1 keep the others in range.
     """
-    length = activations.shape[2] * (len(activations) if joint else 1)
-    number = np.float32 if length <= _SINGLE else np.float64
+    short = activations.shape[2] * (len(activations) if joint else 1) <= _SINGLE
     height = np.abs(seen).max(axis=None if joint else (1, 2), keepdims=True)
-    height[height == 0] = 1.0
+    unit = np.where(height > 0, height, 1.0)
     top = kernel.max() or 1.0
-    scale = top / (np.asarray(unit) * height.astype(float))
     numbers = [
-        np.ascontiguousarray(values, number)
-        for values in (seen / height, kernel / top, fringe / top, activations * scale)
+        np.ascontiguousarray(values, np.float32 if short else float)
+        for values in (seen / unit, kernel / top, fringe / top, activations * (top / unit))
     ]
-    descend_activations(*numbers, steps, l1, joint, n_sweeps, 0.0)
-    activations[:] = numbers[3] / scale
+    sweeps = descend_activations(*numbers, steps, l1, joint, n_sweeps, tol)
+    activations[:] = numbers[3] * (unit / top)
     project_activations(activations, l1, joint)
+    return sweeps
 
 
 @compiled
@@ -589,7 +588,7 @@ def descend_bases(
     target = seen.transpose(1, 0, 2).reshape(n_sensors, size)
     square = gram.reshape(size, size)
     flat = np.ascontiguousarray(flat)
-    _descend_entries(flat, flat @ square - target, square, n_sweeps)
+    _descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
     bases = np.ascontiguousarray(
         flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
     )
@@ -597,19 +596,17 @@ def descend_bases(
 
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
-def _descend_entries(rows, slopes, square, n_sweeps):
-    """Lower ½ w·C w − b·w for each row w ≥ 0, entry by entry, in place. Its slope C w − b follows
-    each change, so that an entry that stays costs nothing.
-    """
+def _descend_entries(rows, target, square, n_sweeps):
+    """Lower ½ w·C w − b·w for each row w ≥ 0 and b of ``target``, entry by entry, in place."""
     for n in range(rows.shape[0]):
-        row, slope = rows[n], slopes[n]
+        row, wanted = rows[n], target[n]
         for _ in range(n_sweeps):
             for i in range(row.size):
-                change = max(-slope[i] / square[i, i], -row[i]) if square[i, i] > 0.0 else 0.0
-                if change != 0.0:
-                    row[i] += change
+                if square[i, i] > 0.0:
+                    pulled = 0.0
                     for j in range(row.size):
-                        slope[j] += change * square[i, j]
+                        pulled += square[i, j] * row[j]
+                    row[i] = max(row[i] + (wanted[i] - pulled) / square[i, i], 0.0)
 
 
 @checked
