@@ -234,9 +234,15 @@ def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
         dots = place + rng.uniform(-0.15, 0.15, len(values))
         ax.plot(dots, values, ".", ms=2, color=colours[name], alpha=0.4)
         error = [[one.estimate - one.low], [one.high - one.estimate]]
-        look: dict[str, Any] = {"fmt": "o", "ms": 4, "capsize": 2, "color": colours[name]}
-        at = np.array([[place + 0.28], [one.estimate]])
-        ax.errorbar(*at, error, label=name, **look)
+        ax.errorbar(
+            *np.array([[place + 0.28], [one.estimate]]),
+            error,
+            fmt="o",
+            ms=4,
+            capsize=2,
+            color=colours[name],
+            label=name,
+        )
     ax.set_xticks(
         range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7
     )
