@@ -235,7 +235,8 @@ def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
         ax.plot(dots, values, ".", ms=2, color=colours[name], alpha=0.4)
         error = [[one.estimate - one.low], [one.high - one.estimate]]
         ax.errorbar(
-            *np.array([[place + 0.28], [one.estimate]]),
+            np.array([place + 0.28]),
+            np.array([one.estimate]),
             error,
             fmt="o",
             ms=4,
