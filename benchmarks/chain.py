@@ -1,5 +1,5 @@
-"""The chain engine against MuJoCo: time per step and core, growth with the number of segments, the
-paper's 90 touches.
+"""The chain engine against MuJoCo: time per step and core, the paper's 90 touches. Growth with
+segments is in claims.py.
 
 Both engines run the same steps of the same scene in turns, in one process on one thread; times are
 the median of the turns in processor time, ratios the median of the turns' ratios, so that a busy
@@ -128,27 +128,6 @@ def compare(name: str, scene: Scene, warm_up: int) -> dict[str, dict[str, float]
     return found
 
 
-def grow() -> dict[str, list[float]]:
-    """Time per free step against the number of segments."""
-    table: dict[str, list[float]] = {"segments": [], "chain": [], "lanes": []}
-    for n in (1, 10, 20, 50, 100, 200, 500, 1000):
-        scene = Scene(
-            antenna=make_antenna(n), angle=np.random.default_rng(n).normal(0, 1e-3, n)
-        )
-        times = measure(
-            {"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)}
-        )
-        found = {name: float(value.min()) for name, value in times.items()}
-        table["segments"].append(n)
-        for name, value in found.items():
-            table[name].append(value)
-        print(
-            f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per"
-            f" segment; {LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns"
-        )
-    return table
-
-
 def run_paper(scheme: str) -> tuple[float, float]:
     """Wall and processor seconds for the paper's 90 touches of 380 ms on two threads, warm."""
     antenna = make_preset("cockroach")
@@ -203,7 +182,6 @@ def main() -> None:
     for kind in ("ball", "box", "triangle"):
         trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.3, lead=0.5432)
         results[kind] = compare(f"{kind} in contact", make_scene(antenna, trial), 400)
-    results["growth"] = grow()
     results["paper"] = {scheme: run_paper(scheme) for scheme in ENGINES}
     for scheme, (wall, used) in results["paper"].items():
         print(

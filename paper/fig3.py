@@ -131,7 +131,7 @@ def load(context: Context) -> SimpleNamespace:
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the four panels."""
     top, middle, bottom = figure.subfigures(
-        3, 1, height_ratios=(1.5, 1.1, 0.9), squeeze=False
+        3, 1, height_ratios=(1.05, 1.1, 0.9), squeeze=False
     ).flat
     shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.main_sweeps.items()}
     above = top.subplots(1, len(shown), sharey=True, squeeze=False)[0]
@@ -209,7 +209,7 @@ def show(context: Context, section: Section) -> None:
         f" past at four distances and of one that comes nearer ({describe_posture(get_lead())}),"
         " magnitude of the curvature. (Fig. 3A–D)",
         lambda figure: plot(data, figure),
-        height=7.4,
+        height=6.4,
         numbers={
             **{
                 part: {name: getattr(found, part) for name, found in data.main_maps.items()}

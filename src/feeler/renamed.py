@@ -60,8 +60,11 @@ def rename_antenna(name: str) -> str:
     that says so.
     """
     if (new := ANTENNAS.get(name, name)) != name:
-        words = f"the antenna {name!r} is now {new!r}; the old name is read until feeler 0.5."
-        warnings.warn(words, FutureWarning, stacklevel=2)
+        warnings.warn(
+            f"the antenna {name!r} is now {new!r}; the old name is read until feeler 0.5.",
+            FutureWarning,
+            stacklevel=2,
+        )
     return new
 
 

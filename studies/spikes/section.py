@@ -107,12 +107,14 @@ def _plot_changes(found: Found, ax: Axes) -> None:
 
 def _explain(figure: Figure) -> None:
     """What colours and marks mean, once for all panels."""
-    marks = [Line2D([], [], color=c, label=pace) for pace, c in pick_colours(PACES).items()]
-    marks += [
-        Line2D([], [], color="0.3", marker=style[-1], ls=style[:-1], ms=4, label=READ_BY[code])
-        for code, style in _STYLES.items()
-    ]
-    marks += [
+    marks = [
+        *(Line2D([], [], color=c, label=pace) for pace, c in pick_colours(PACES).items()),
+        *(
+            Line2D(
+                [], [], color="0.3", marker=style[-1], ls=style[:-1], ms=4, label=READ_BY[code]
+            )
+            for code, style in _STYLES.items()
+        ),
         Line2D([], [], color="0.3", marker="s", ls="none", ms=4, label="counts, own gain"),
         Line2D(
             [], [], color="0.3", marker="D", ls="none", ms=4, mfc="none", label="shared gain"
