@@ -98,8 +98,6 @@ def _read_nwb(file: Any) -> _Answer:
     """The series of an NWB file by feeler, cut into trials as the description in its notes says; up
     to 0.3 each trial had its own.
     """
-    import numpy as np
-
     try:
         content = json.loads(file["general/notes"].asstr()[()])
         numbers, series = content["numbers"], content["series"]
@@ -138,8 +136,6 @@ def _read_nwb(file: Any) -> _Answer:
 
 def _read_units(file: Any, first: float) -> Any:
     """Trains (trial, unit, event) [ms] from a table of units on the session's clock."""
-    import numpy as np
-
     starts = file["intervals/trials/start_time"][...]
     ends = file["units/spike_times_index"][...]
     trains = np.split(file["units/spike_times"][...], ends[:-1])
