@@ -84,8 +84,8 @@ kept: $(BIN)/.core  ## which kept results were made by other code than today's
 oldest: $(OLDEST)/.ready  ## quick tests with the oldest versions that pyproject.toml allows, in an environment of its own
 	@$(OLDEST)/bin/python -m pytest -q -n auto --dist loadfile tests/cli tests/plotting tests/physics/test_parity_chain.py tests/physics/test_plain.py
 
-bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
-	@for script in physics chain wall calibration; do PYTHONPATH=. $(BIN)/python benchmarks/$$script.py; done
+bench: $(BIN)/.core  ## what is claimed of speed and growth in one table, our engines against MuJoCo, wall, calibration
+	@for script in claims chain wall calibration; do PYTHONPATH=. $(BIN)/python benchmarks/$$script.py; done
 
 peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratbench, in an environment of their own
 	@bash benchmarks/peers/run.sh

@@ -37,7 +37,7 @@ OFF = 0.05  # of the peak: what no touch may be off by without a warning
 def draw(index: int, seed: int) -> tuple[Scene, float]:
     """The scene number ``index`` and how long it lasts [ms]."""
     rng = np.random.default_rng([seed, index])
-    antenna = cockroach(str(rng.choice(["exponential", "linear", "constant"])))
+    antenna = cockroach(str(rng.choice(["exponential", "linear", "uniform"])))
     scale = np.exp(rng.uniform(np.log(0.3), np.log(3), 2))
     antenna = antenna.replace(
         stiffness=antenna.stiffness * scale[0], damping=antenna.damping * scale[1]

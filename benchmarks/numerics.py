@@ -20,7 +20,7 @@ from kept import write_kept
 
 from feeler.antenna import Antenna
 from feeler.antenna.animals import cockroach
-from feeler.antenna.modes import compute_mass_matrix
+from feeler.antenna.segments import compute_mass_matrix
 from feeler.errors import FeelerError, InvalidInput, SimulationDivergedError
 from feeler.objects.shapes import make_feature
 from feeler.objects.trials import Trial

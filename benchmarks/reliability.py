@@ -2,8 +2,8 @@
 
 Thirty surrogate robots of a seed that no choice has seen feel the paper's thirty touches. Beside:
 what is called unlike any touch, of noise, drift, taps beside, and of a family of objects that was
-declared before any result. The last column is of a reader that knows place and speed, was shown
-touches of the very object by other robots, and raises as many false alarms: where even that reader
+declared before any result. The last column is of a classifier that knows place and speed, was shown
+touches of the very object by other robots, and raises as many false alarms: where even that one
 misses an object, its touches lie among those that are known.
 
     python benchmarks/reliability.py        # writes docs/images/reliability.png, prints the numbers
@@ -89,17 +89,17 @@ def list_places(labels):
     return np.array([f"{location:g} {speed:g}" for _, location, speed in labels])
 
 
-def locate(reader, values):
-    """Tensors as the reader has them: among components in which each class is round."""
-    return reader._place(reader._flatten(values))
+def locate(classifier, values):
+    """Tensors as the classifier has them: among components in which each class is round."""
+    return classifier._place(classifier._flatten(values))
 
 
-def measure_detectable(reader, known, strange):
-    """Share of an object's touches that a reader finds which was shown it, too."""
-    place = {"k": locate(reader, known[0]), "s": locate(reader, strange[0])}
+def measure_detectable(classifier, known, strange):
+    """Share of an object's touches that a classifier finds which was shown it, too."""
+    place = {"k": locate(classifier, known[0]), "s": locate(classifier, strange[0])}
     at, met = list_places(known[1]), list_places(strange[1])
-    means, along = reader._means @ reader._round.T, reader._others._along
-    own = list_places(reader.classes_)
+    means, along = classifier._means @ classifier._round.T, classifier._others._along
+    own = list_places(classifier.classes_)
     found = total = 0
     for part in range(SHOWN):
         held = strange[2] % SHOWN == part
@@ -167,40 +167,46 @@ def measure_calibration(
     return float(np.average(gaps, weights=table[:, 2])), table
 
 
-def judge_known(reader, known):
+def judge_known(classifier, known):
     """Print how right and how sure answers to known touches are, and draw it."""
-    chance = reader.predict_proba(known[0])
-    answers = [reader.classes_[k] for k in chance.argmax(axis=1)]
+    chance = classifier.predict_proba(known[0])
+    answers = [classifier.classes_[k] for k in chance.argmax(axis=1)]
     right = np.array([one == true for one, true in zip(answers, known[1], strict=True)])
     error, table = measure_calibration(chance.max(axis=1), right)
     print(f"{right.size} touches, {right.mean():.1%} right, ECE {error:.3f}")
     print(f"mean probability where right {chance.max(axis=1)[right].mean():.2f},", end=" ")
     print(f"where wrong {chance.max(axis=1)[~right].mean():.2f}")
-    print(f"false alarms {np.mean(reader.measure_strangeness(known[0]) > 1):.1%}")
+    print(f"false alarms {np.mean(classifier.measure_strangeness(known[0]) > 1):.1%}")
     draw(table, error, Path(__file__).parents[1] / "docs/images/reliability.png")
 
 
 def main():
     """Measure, print and draw."""
-    reader = make_classifier()
+    classifier = make_classifier()
     known = take(touch_robots(draw_robots(1.0, ROBOTS, SEED), trials=make_touches()))
-    judge_known(reader, known)
+    judge_known(classifier, known)
     for name, given in make_untouched(np.random.default_rng(77)):
         felt = given[np.isfinite(given).all(axis=(1, 2))]
-        say(name, reader, felt, len(given))
+        say(name, classifier, felt, len(given))
     beside = make_touches(locations=(0.2, 0.3, 0.35))
     values, _, _, count = take(touch_robots(draw_robots(1.0, 5, 777), trials=beside))
-    say("taps beside, at 0.2 to 0.35", reader, values, count)
+    say("taps beside, at 0.2 to 0.35", classifier, values, count)
     for number, (name, one) in enumerate(make_family().items()):
         robots = draw_robots(1.0, STRANGERS, 500_000 + number)
         strange = take(touch_robots(robots, trials=make_touches(features=[one])))
-        say(name, reader, strange[0], strange[3], measure_detectable(reader, known, strange))
+        say(
+            name,
+            classifier,
+            strange[0],
+            strange[3],
+            measure_detectable(classifier, known, strange),
+        )
 
 
-def say(name, reader, felt, count, shown=None):
+def say(name, classifier, felt, count, shown=None):
     """One line: what is called unlike all, of the recordings with contact."""
-    share = np.mean(reader.measure_strangeness(felt) > 1)
-    more = "" if shown is None else f"; by a reader shown it {shown:.1%}"
+    share = np.mean(classifier.measure_strangeness(felt) > 1)
+    more = "" if shown is None else f"; by a classifier shown it {shown:.1%}"
     print(f"{name:28} {count:4d}: {count - len(felt):3d} without a peak, {share:.1%}{more}")
 
 

@@ -94,8 +94,6 @@ def compare_with_simulation() -> list[dict]:
     runs = (
         ("chain", 120.0, 0.02, 0.0),
         ("mujoco", 60.0, 0.02, 0.05),
-        ("rod", 400.0, 1.0, 0.0),
-        ("rod-inertia", 400.0, 1.0, 0.0),
     )
     for engine, duration, timestep, friction in runs:
         for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():

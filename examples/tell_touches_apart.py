@@ -21,7 +21,7 @@ def main(out: Path) -> None:
     figure = Figure(figsize=(5, 3.2), layout="constrained")
     ax = figure.subplots()
     sets = {}
-    for name in ("exponential", "constant"):
+    for name in ("exponential", "uniform"):
         sets[name] = feeler.touch(
             feeler.presets.cockroach(name),
             feeler.presets.paper_trials(speeds=(0.3,)),

@@ -34,7 +34,7 @@ PAPER_ERROR = 0.067  # [P]
 _LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
 _WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])
 """[C] Typical changes along the loosest direction."""
-_FAMILIES = ("exponential", "linear", "constant")
+_FAMILIES = ("exponential", "linear", "uniform")
 
 _COMPARED = ("powell", "nelder-mead", "least-squares")
 KEPT_SEARCHES = "optimisers.csv"
@@ -133,7 +133,7 @@ def _fit_controls(make, n_starts: int, rng: np.random.Generator) -> dict[str, Fi
     if not n_starts:
         return {}
     fits = {}
-    for name in ("linear", "constant"):
+    for name in ("linear", "uniform"):
         problem = make(name)
         fits[name] = fit(
             problem, make_starts(problem.hinges, n_starts, rng, spread=0.5), max_evaluations=60

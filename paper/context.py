@@ -11,7 +11,7 @@ from feeler.antenna.segments import Antenna, require_plane
 from feeler.draw import check_seed
 from feeler.objects.trials import FRICTION
 from feeler.physics.contact import get_contact
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.scene import Clock
 from feeler.presets import cockroach
 from feeler.provenance import to_jsonable
@@ -67,7 +67,7 @@ class Context:
         step = choose_timestep(self.timestep, self.engine, contact)
         object.__setattr__(self, "timestep", step)
         Clock(duration=1.0, timestep=self.timestep)
-        get_engine(self.engine).check(contact, self.timestep)
+        contact.check_timestep(self.timestep)
 
     @property
     def effort(self) -> Scale:
@@ -93,7 +93,7 @@ class Context:
             return {OWN: self.antenna}
         return {
             "exponential": self.antenna,
-            **{name: cockroach(name) for name in ("linear", "constant", "matched")},
+            **{name: cockroach(name) for name in ("linear", "uniform", "matched")},
         }
 
     def describe(self, reads: Sequence[str] = KEYED) -> dict[str, object]:

@@ -1,3 +1,3 @@
 """The order of profiles that the paper claims."""
 
-CLAIMED = ("exponential", "linear", "constant")  # [P]
+CLAIMED = ("exponential", "linear", "uniform")  # [P]

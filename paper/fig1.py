@@ -24,7 +24,7 @@ from feeler.objects import Trial, place
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.antennas import OBJECT_COLOUR, make_patch, plot_posture
-from feeler.plotting.style import PALETTE, mark_panel, mark_places
+from feeler.plotting.style import PALETTE, mark_panels, mark_places
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
 from feeler.tensors.transforms import reconstruct_posture
@@ -173,8 +173,7 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
     axes[3].set(xlabel="stiffness [× its own]", ylabel="noise tolerance [rad]", ylim=(0, None))
-    for letter, ax in zip("abcd", axes, strict=True):
-        mark_panel(ax, letter)
+    for ax in axes:
         ax.legend(
             fontsize=6.5,
             handlelength=1.0,
@@ -231,6 +230,7 @@ def plot_compliance(
         _draw(antenna, trial, tensors, now, active[now], ax)
         words = "its own stiffness" if factor == 1 else f"{factor:g} × as stiff"
         ax.set_title(f"{words}\n{active[now].sum()} of {active.shape[1]} sensors active")
+    mark_panels(axes[0])
     marks = [
         Line2D([], [], color=colour, marker="o", ls="", ms=3, label=label)
         for colour, label in ((_ACTIVE, f"angle > {threshold:g} rad"), (_SILENT, "less"))

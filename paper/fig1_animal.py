@@ -6,7 +6,7 @@ from matplotlib.patches import Ellipse, Rectangle
 
 from feeler.plotting.antennas import OBJECT_COLOUR, plot_posture
 from feeler.plotting.results import Shapes
-from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
+from feeler.plotting.style import ANTENNA_COLOURS, PALETTE, mark_panels
 from feeler.report.page import Section
 from feeler.wall import Approach
 from paper.context import Context
@@ -55,6 +55,7 @@ def plot(sweep: Approach, ax: Axes) -> None:
     ax.plot([0, 0], [0, level + 2], ":", color="#888888", lw=0.8, zorder=0)
     ax.set(xlim=(-0.75 * reach, wall + 20), ylim=(low, high), aspect="equal")
     ax.axis("off")
+    mark_panels(ax, "c")
     ax.plot([-0.7 * reach, -0.7 * reach + 10], [low + 3] * 2, color="black", lw=1.5)
     ax.text(-0.7 * reach + 5, low + 4, "10 mm", ha="center", va="bottom")
 

@@ -12,6 +12,7 @@ from feeler.antenna.segments import Antenna
 from feeler.objects import Trial, place
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.antennas import MovingAntenna, make_patch
+from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor, take_curvature
 from feeler.report.page import Section
 from feeler.tensors.transforms import compute_bend, in_unit, reconstruct_posture
@@ -41,6 +42,7 @@ def plot(antenna: Antenna, trial: Trial, tensors: xr.Dataset, figure: Figure) ->
         ax.set_title(f"{k + 1}: {time[now]:.0f} ms")
         _draw_column(tensor[:, now], figure.add_subplot(grid[0, 2 * k + 1]), norm)
     whole = figure.add_subplot(grid[1, :6])
+    mark_panels((figure.axes[0], whole), "be")
     image = plot_tensor(tensor, time, whole, norm)
     whole.set_xticks(time[moments], [f"{k + 1}" for k in range(len(moments))])
     whole.set(

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.files import SOURCE_TAGS
 from feeler.plotting.antennas import plot_posture, plot_profiles
-from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
+from feeler.plotting.style import ANTENNA_COLOURS, PALETTE, mark_panels
 from feeler.presets import FACTS
 from feeler.report.page import Section
 from paper.context import Context
@@ -35,6 +35,7 @@ def plot(antenna: Antenna, figure: Figure) -> None:
     )
     ax.spines.left.set_visible(False)
     plot_profiles(antenna, [figure.add_subplot(grid[1, i]) for i in range(4)])
+    mark_panels(figure.axes[:2], "ac")
 
 
 def show(context: Context, section: Section) -> None:
@@ -68,7 +69,7 @@ def show(context: Context, section: Section) -> None:
         ["profile", "mode 1 [Hz]", "mode 2 [Hz]", "ζ of mode 1", "Σ 1/k [rad/N·mm]"],
         rows,
         "Small oscillations of the clamped, straight antenna, the frequencies undamped. ζ is"
-        " exact where damping is proportional to stiffness, as in 'constant' and 'matched'; how"
+        " exact where damping is proportional to stiffness, as in 'uniform' and 'matched'; how"
         " the touched antenna decays is under Calibration. 'matched' is of uniform stiffness,"
         " with the total compliance Σ 1/k of 'exponential'.",
     )

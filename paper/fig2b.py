@@ -27,6 +27,7 @@ from feeler.plotting import (
     style,
     write_movie,
 )
+from feeler.plotting.style import mark_panels
 from feeler.presets import cockroach
 from feeler.report.page import Section
 from feeler.tensors.transforms import in_unit
@@ -100,6 +101,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     left, right = figure.subplots(1, 2)
     _plot_step(data, left)
     _plot_impulse(data, right)
+    mark_panels(left, "b")
 
 
 def _plot_step(data: SimpleNamespace, ax) -> None:

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.calibration import EigenParameters, Measured
 from feeler.calibration.problem import FAILED
-from feeler.plotting.style import PALETTE, mark_panel, set_decades
+from feeler.plotting.style import PALETTE, set_decades
 from feeler.report.page import Section
+from paper.cache import keep
 from paper.calibration_report import PAPER_ERROR, PAPER_P, compute
 from paper.context import Context
 
@@ -36,8 +37,6 @@ def plot(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
         _plot_band(found.draws[:, base], found.draws[:, rate], ax)
         ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate]), color=PALETTE[1], label="published")
         ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
-    for letter, ax in zip("abcd", axes, strict=True):
-        mark_panel(ax, letter)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
 
 
@@ -107,8 +106,13 @@ def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
 
 def show(context: Context, section: Section) -> None:
     """What the published constants score, what optimisers find, and what is determined."""
-    found = compute(
-        context.effort, antenna=context.antenna, seed=context.seed, engine=context.engine
+    found = keep(
+        "calibration",
+        compute,
+        context.effort,
+        antenna=context.antenna,
+        seed=context.seed,
+        engine=context.engine,
     )
     measured, error, accuracy = next(iter(found.scores.values()))
     section.heading("Targets, and what the published constants score")
@@ -131,7 +135,7 @@ def show(context: Context, section: Section) -> None:
         "calibration.widest_spread": _find_widest_spread(found),
     }
     whence = (
-        "Kept from an earlier run (benchmarks/calibration.py); paper scale measures it anew."
+        "Precomputed (benchmarks/calibration.py); paper scale measures it anew."
         if found.kept
         else "Measured in this run."
     )

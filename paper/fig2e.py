@@ -17,6 +17,7 @@ from feeler.objects.trials import LOCATIONS, SPEEDS, make_features
 from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT
 from feeler.plotting import SLOWER, write_touches_movie
 from feeler.plotting.antennas import make_patch, plot_posture
+from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor_grid
 from feeler.report.page import Section, make_spread
 from feeler.tensors.transforms import in_unit, rectify
@@ -252,6 +253,7 @@ def plot_stimuli(antenna: Antenna, figure: Figure) -> None:
     right.plot([34, 39], [-8, -8], color="black", lw=1.5)
     right.text(40, -8, "5 mm", va="center", fontsize=7)
     right.axis("off")
+    mark_panels(left, "d")
     right.set(xlim=(-8, 48), ylim=(-9, 8), aspect="equal", title="features (half-size)")
 
 

@@ -16,7 +16,7 @@ from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.results import Shapes, plot_approach, plot_maps
-from feeler.plotting.style import mark_panel
+from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor
 from feeler.plotting.walls import (
     APPROACH_SLOWER,
@@ -140,8 +140,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     plot_maps(data.main_maps, below)
     columns = bottom.subplots(1, 2)
     _plot_tensors(data, bottom, columns)
-    for letter, ax in zip("abcd", (above[0], below, *columns), strict=True):
-        mark_panel(ax, letter)
+    mark_panels((above[0], below, *columns))
 
 
 def describe_posture(posture: Posture) -> str:

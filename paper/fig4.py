@@ -3,7 +3,7 @@ locations.
 """
 
 from collections.abc import Callable, Mapping
-from copy import copy
+from copy import copy, deepcopy
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -28,7 +28,7 @@ from feeler.encoding import (
 )
 from feeler.encoding.inputs import check_choice
 from feeler.plotting import plot_bases
-from feeler.plotting.style import BASIS_COLOURS, mark_panel
+from feeler.plotting.style import BASIS_COLOURS, mark_panels
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
 from paper.cache import keep
@@ -50,7 +50,12 @@ class CachedNMF(ConvolutiveNMF, auto_wrap_output_keys=None):  # type: ignore[cal
 
 def _fit(settings: dict[str, Any], X: Any, workers: int, **beside: Any) -> dict[str, Any]:
     fitted = vars(ConvolutiveNMF(**settings, n_jobs=workers).fit(X, **beside))
-    return {name: value for name, value in fitted.items() if name not in (*settings, "n_jobs")}
+    # copies: two names for one array would make another key than what is read from the cache
+    return {
+        name: deepcopy(value)
+        for name, value in fitted.items()
+        if name not in (*settings, "n_jobs")
+    }
 
 
 MAIN_RANK = 3  # [P]
@@ -242,8 +247,7 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
     _plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    for letter, ax in zip("bcd", (above, below, axes[0, 0]), strict=True):
-        mark_panel(ax, letter)
+    mark_panels((above, below, axes[0, 0]), "bcd")
 
 
 def show(context: Context, section: Section) -> None:

@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.encoding import reconstruct
-from feeler.plotting.style import BASIS_COLOURS
+from feeler.plotting.style import BASIS_COLOURS, mark_panels
 from feeler.plotting.tensors import plot_tensor
 from feeler.report.page import Section
 from paper.context import Context
@@ -58,6 +58,7 @@ def plot(shown: SimpleNamespace, sampling: float, figure: Figure) -> None:
         image = plot_tensor(values, time, ax, norm, unit="°")
         ax.set_title(title)
     wholes[1].set_ylabel("")
+    mark_panels(wholes[0])
     figure.colorbar(image, ax=wholes, label="angle [°]", location="left", pad=0.02)
     for m, colour in zip(range(rows), BASIS_COLOURS, strict=False):
         axes = [figure.add_subplot(grid[m, column]) for column in (4, 6)]

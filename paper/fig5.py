@@ -10,7 +10,7 @@ from feeler.decoding import CODES
 from feeler.decoding.curves import Curves
 from feeler.encoding import LABELS
 from feeler.plotting.results import plot_index
-from feeler.plotting.style import mark_panel, pick_colours
+from feeler.plotting.style import mark_panels, pick_colours
 from feeler.report import Section, make_spread
 from paper.context import Context
 from paper.fig5_data import (
@@ -41,11 +41,10 @@ def plot(
         plot_index(data.dispersions[comparison][kind], "nmi", ax)
         ax.set_title({"joint": "activations", "raw": "tensors"}[kind])
     axes[0].set_ylabel("NMI with the closest match")
-    for letter, ax in zip("ab", axes[::2], strict=False):
-        mark_panel(ax, letter)
+    mark_panels(axes[::2])
     x, chance = [100 * ratio for ratio in ratios if ratio > 0], 1 / _count_classes(data)
     below = bottom.subplots(1, len(curves), sharey=True, squeeze=False)[0]
-    for letter, (comparison, groups), ax in zip("cd", curves.items(), below, strict=False):
+    for (comparison, groups), ax in zip(curves.items(), below, strict=True):
         colours = pick_colours(groups)
         for name, found in groups.items():
             mean, sd = 100 * found.mean(axis=1), 100 * found.std(axis=1)
@@ -56,7 +55,7 @@ def plot(
             xlabel="noise [% of each vector's maximum]", ylim=(0, 103), title=f"by {comparison}"
         )
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
-        mark_panel(ax, letter)
+    mark_panels(below, "cd")
     below[0].set_ylabel("LDA accuracy [%]")
 
 

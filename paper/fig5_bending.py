@@ -16,7 +16,7 @@ from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
 from paper.context import Context
 from paper.data import list_profiles, load_complete
-from paper.window import WINDOWS, measure_window
+from paper.window import WINDOWS, find_end
 
 _PROXIMAL = 0.1  # [C] share of the length that counts as the base
 _SHARED = ("in a touch", "over all touches")
@@ -37,7 +37,7 @@ def compute(tensors: xr.Dataset, antenna: Antenna) -> dict[str, SimpleNamespace]
     time = in_unit(tensors["time"], "ms").values
     curvature = in_unit(tensors["curvature"], "1/mm").transpose("trial", "sensor", "time")
     found = {}
-    for window, end in zip(WINDOWS, (DURATION, measure_window(tensors).end), strict=True):
+    for window, end in zip(WINDOWS, (DURATION, find_end(tensors)), strict=True):
         bending = rectify(curvature.values[:, :, time < end]).sum(axis=2)
         share = bending / bending.sum(axis=1, keepdims=True)
         found[window] = SimpleNamespace(

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.style import mark_panel, pick_colours, set_decades
+from feeler.plotting.style import mark_panels, pick_colours, set_decades
 from feeler.report.page import Section
 from feeler.tensors.transforms import compute_bend, in_unit
 from paper.context import Context
@@ -55,7 +55,7 @@ def plot(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -> None:
     columns = 1 + max(len(profiles), len(speeds))
     axes = figure.subplots(2, columns, width_ratios=(1.2, *[1] * (columns - 1)))
     _draw_stiffness({name: touch[0] for name, touch in profiles.items()}, axes[0, 0])
-    mark_panel(axes[0, 0], "e")
+    mark_panels(axes[0, 0], "e")
     _draw_ways([trial.speed for _, trial, _, _ in speeds.values()], axes[1, 0])
     for row, touches in zip(axes[:, 1:], (profiles, speeds), strict=True):
         for ax, (name, (antenna, trial, tensors, moment)) in zip(

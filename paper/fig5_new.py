@@ -5,7 +5,6 @@ another speed; what a new touch costs, and why.
 from collections.abc import Mapping
 from itertools import combinations
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -49,7 +48,13 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
         a: np.array([f"{v:g}" if a != "feature" else v for v in tensors[a].values])
         for a in _ATTRIBUTES
     }
-    options = _list_options(plan, plan.n_repeats, random_state)
+    options = {
+        "ratios": (plan.probe,),
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "noise": Relative(),
+        "random_state": random_state,
+    }
     accuracy, touches, chance, parts = {}, {}, {}, {}
     for split, read in _SPLITS.items():
         groups = names[_LEFT_OUT[split]]
@@ -100,17 +105,6 @@ def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[
             found[differ[0]].append(float(np.linalg.norm(array[i] - array[j]) / size))
     return {
         a: float(np.mean(values)) if values else float("nan") for a, values in found.items()
-    }
-
-
-def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, Any]:
-    """What ``compute_sweep`` takes for one noise ratio."""
-    return {
-        "ratios": (plan.probe,),
-        "n_copies": plan.n_copies,
-        "n_repeats": n_repeats,
-        "noise": Relative(),
-        "random_state": random_state,
     }
 
 

@@ -19,7 +19,7 @@ from feeler.encoding import (
     map_locations,
 )
 from feeler.plotting import plot_bases
-from feeler.plotting.style import mark_panel, pick_colours
+from feeler.plotting.style import mark_panels, pick_colours
 from feeler.report.page import Section
 from paper.context import Context
 from paper.data import list_profiles, load_complete, load_tensors
@@ -27,7 +27,7 @@ from paper.fig4 import prepare, span
 from paper.scale import Scale
 from paper.window import WINDOWS, complete_tensors
 
-_PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+_PAPER = {"exponential": 1.9, "linear": 2.7, "uniform": 2.8}  # bits, mean over three bases [P]
 
 
 _Entropies = Mapping[str, np.ndarray]
@@ -155,7 +155,7 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     ax.set_xticks([])
     ax.set(ylabel="mean entropy of the bases [bits]", ylim=(0, 1.5 * float(middle.max())))
     ax.legend(loc="upper left")
-    mark_panel(ax, "g")
+    mark_panels(ax, "g")
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:
@@ -166,7 +166,7 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
         data.sampling,
         left.subplots(),
     )
-    mark_panel(left.axes[0], "f")
+    mark_panels(left.axes[0], "f")
     _plot_entropy(data, right.subplots())
 
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.analysis import INDICES
 from feeler.plotting import PALETTE, say_clock, style, write_movie
-from feeler.plotting.style import FEATURE_COLOURS, mark_panel, pick_shades
+from feeler.plotting.style import FEATURE_COLOURS, mark_panels, pick_shades
 from feeler.plotting.tensors import plot_tensor as draw_tensor
 from feeler.report import Section, make_spread
 from feeler.robot import Recording, Touches, compute_tip, make_robot
@@ -36,7 +36,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     _plot_layout(a[0])
     _plot_channels(data.raw, a[1], "capacitance [pF]")
     _plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
-    mark_panel(a[0], "a")
+    mark_panels(a[0], "a")
     b = rows[1].subplots(1, 2)
     _plot_release(data, b[0])
     _plot_grid(data.training, b[1])
@@ -49,7 +49,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
         plot_tensor(angle, ax, name, limit)
     rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
-    mark_panel(pair[0], "d")
+    mark_panels(pair[0], "d")
     _plot_confusion(data, rows[3].subplots())
 
 
@@ -100,7 +100,7 @@ def _plot_release(data: SimpleNamespace, ax: Axes) -> None:
         np.arange(tip.size), tip, "--", color=_SIMULATED, lw=0.8, label="simulation, fitted"
     )
     ax.set(xlabel="time after release [ms]", ylabel="tip [mm]", title="impulse response")
-    mark_panel(ax, "b")
+    mark_panels(ax, "b")
     ax.legend(loc="upper right", ncols=2)
 
 
@@ -146,7 +146,7 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
         ax.plot([], [], color=FEATURE_COLOURS[feature], label=feature)
     ax.legend(loc="lower left")
     ax.set_title("simulation: 30 classes")
-    mark_panel(ax, "c")
+    mark_panels(ax, "c")
 
 
 def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
@@ -163,7 +163,7 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     ax.set(xlabel="predicted", ylabel="true, at the tip")
     if (figure := ax.get_figure(root=False)) is not None:
         figure.colorbar(image, ax=ax, label="contacts", pad=0.01)
-    mark_panel(ax, "e")
+    mark_panels(ax, "e")
 
 
 def show(context: Context, section: Section) -> None:
@@ -282,7 +282,7 @@ def _compare(context: Context, section: Section) -> None:
     speeds, profiles = list(found["speed"].values()), found["profile"]
     _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
     _keep_agreement(
-        section, "profile", {"graded": profiles["linear"], "constant": profiles["constant"]}
+        section, "profile", {"graded": profiles["linear"], "uniform": profiles["uniform"]}
     )
 
 

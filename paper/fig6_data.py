@@ -37,6 +37,7 @@ from feeler.robot import (
 )
 from feeler.robot.touches import ROBOT_SPEEDS
 from feeler.tensors import rectify
+from paper.cache import keep
 from paper.context import Context
 from paper.scale import Scale
 
@@ -154,12 +155,12 @@ def _measure_early(
 @lru_cache(maxsize=1)
 def load(context: Context) -> SimpleNamespace:
     """What this run shows, computed once for Figs. 6 and S7."""
-    return compute(context.effort, seed=context.seed, engine=context.engine)
+    return keep("robot", compute, context.effort, seed=context.seed, engine=context.engine)
 
 
 # The eight-segment model, compared by speed and by stiffness profile as the insect's is.
 
-_PROFILES = ("exponential", "linear", "constant")
+_PROFILES = ("exponential", "linear", "uniform")
 # [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
 _TIP_SHARE = 0.1
 _DURATION = 2600.0  # ms, the longest slow touch
@@ -176,7 +177,7 @@ def make_profiles() -> dict[str, Antenna]:
     shapes = {
         "exponential": _TIP_SHARE**steps,
         "linear": linear.stiffness,
-        "constant": np.ones(linear.n_segments),
+        "uniform": np.ones(linear.n_segments),
     }
     time = linear.damping[0] / linear.stiffness[0]
     profiles = {}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.plotting.style import PALETTE, mark_panel
+from feeler.plotting.style import PALETTE, mark_panels
 from feeler.report.page import Section
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
 from feeler.tracking.kinematics import CUTOFF, MAX_GAP
@@ -54,8 +54,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     _plot_path(data.trial, path)
     _plot_trace(data, trace)
     _plot_box(data, box)
-    mark_panel(path, "a")
-    mark_panel(box, "b")
+    mark_panels((path, box))
 
 
 def _plot_path(tracks: Tracks, ax) -> None:

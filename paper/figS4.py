@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.decoding import Relative, Sweep, compute_sweep, list_groups
 from feeler.decoding.network import TouchNetwork, import_torch
 from feeler.plotting.results import plot_sweep
-from feeler.plotting.style import PALETTE, mark_panel, pick_colours
+from feeler.plotting.style import PALETTE, pick_colours
 from feeler.report.page import Section
 from paper.cache import keep
 from paper.context import Context
@@ -115,8 +115,6 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
             title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103)
         )
         ax.legend(fontsize=7, frameon=False)
-    for letter, ax in zip("abc", axes, strict=False):
-        mark_panel(ax, letter)
 
 
 def _plot_layers(data: SimpleNamespace, ax) -> None:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.analysis import INDICES
 from feeler.plotting.results import plot_index
-from feeler.plotting.style import mark_panel, set_decades
+from feeler.plotting.style import mark_panels, set_decades
 from feeler.report import Section, make_spread
 from paper.context import Context
 from paper.fig5_data import MAIN, load, name_speeds
@@ -27,10 +27,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
                 set_decades(ax)
                 ax.set_ylim(bottom=max(ax.get_ylim()[0], _LEAST * ax.get_ylim()[1]))
         column[0].set_title({"joint": "activations", "raw": "tensors"}[kind])
-    for ax in axes[0, :: len(MAIN)]:
-        ax.legend(loc="lower left", bbox_to_anchor=(0, 1.12), ncols=3, handletextpad=0)
-    for letter, ax in zip("ab", axes[0, ::2], strict=False):
-        mark_panel(ax, letter)
+    mark_panels(axes[0, :: len(MAIN)])
     for index, ax in zip(INDICES, axes[:, 0], strict=True):
         ax.set_ylabel(INDICES[index].label)
 

@@ -14,10 +14,10 @@ from feeler.analysis import compute_energy
 from feeler.analysis.information import measure_information
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import make_lda
-from feeler.decoding.observers import TemplateReader
+from feeler.decoding.observers import TemplateClassifier
 from feeler.objects import NOISES, Noise, Nuisances, Task
 from feeler.objects.trials import LEAD, SPEEDS, make_features
-from feeler.plotting.style import mark_panel, pick_colours
+from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from feeler.tradeoff import average_sets
@@ -103,7 +103,7 @@ def _measure_set(
         seen = noise.add(known, rng, copies)
         again = make_lda().fit(noise.add(known, rng, many), np.tile(true, many))
         other = make_lda().fit(noise.add(training, rng, copies), np.tile(taught, copies))
-        told = TemplateReader(noise).fit(training, taught)
+        told = TemplateClassifier(noise).fit(training, taught)
         ideal = measure_information(
             compute_energy(noise.whiten(known)),
             noise.size,
@@ -151,9 +151,8 @@ def plot(
             ax.set(xscale="log", ylim=(0, 103))
             ax.set_xlabel(f"SD [{'rad' if kind == 'absolute' else 'of the peak'}]")
         row[0].set_ylabel(f"accuracy [%]\n{kind} noise")
-    for letter, ax, case in zip("abcd", axes[0], CASES, strict=True):
+    for ax, case in zip(axes[0], CASES, strict=True):
         ax.set_title(case.replace(", ", ",\n"), fontsize=8)
-        mark_panel(ax, letter)
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(names))
 

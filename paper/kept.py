@@ -32,7 +32,7 @@ def find_shipped(stage: Stage, context: Context, folder: Path = SHIPPED) -> Sect
         return None
     label = json.loads((path / KEPT_LABEL).read_text())
     words = (
-        f"Kept from a run at {_SCALE} scale of {label['date']} (seed {label['seed']},"
+        f"Precomputed at {_SCALE} scale on {label['date']} (seed {label['seed']},"
         f" {label['seconds']} s)."
     )
     if label["key"] != stage.key(replace(context, scale=_SCALE)):

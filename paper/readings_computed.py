@@ -35,7 +35,7 @@ from paper.window import (
     complete_tensors,
     cut_to_contact,
     cut_to_motion,
-    measure_window,
+    find_end,
 )
 
 _N_COMPONENTS = 30  # [P]
@@ -127,7 +127,9 @@ def _measure_bases(
             constraint=_CONSTRAINTS[constraint],
             random_state=context.seed,
         )
-        alone = copy(encoder).set_params(n_restarts=1).fit(make_null(arrays[name], 1))
+        # of one touch both constraints say the same: it is fitted once for both
+        alone = copy(encoder).set_params(n_restarts=1, constraint="trial")
+        alone.fit(make_null(arrays[name], 1))
         encoder = known.encoders.get(name) or encoder.fit(arrays[name])
         for definition, measure in fig5f.READINGS.items():
             starts = [float(np.nanmean(measure(one))) for one in encoder.restart_components_]
@@ -167,7 +169,7 @@ def _collect_arrays(
         if window == WINDOWS[1]:
             if speed == min(list_speeds(context, profiles[0]).values()):
                 data = load_complete(context, profiles[0])
-            data = data.isel(time=data["time"].values < measure_window(data).end)
+            data = data.isel(time=data["time"].values < find_end(data))
         arrays[name] = _order(data, quantity)
     return arrays
 
@@ -670,7 +672,7 @@ def _measure_sparseness(
         time = data["time"].values
         cut = {
             SPANS[0]: [whole[:, :, time < DURATION]],
-            SPANS[1]: [whole[:, :, time < measure_window(data).end]],
+            SPANS[1]: [whole[:, :, time < find_end(data)]],
             SPANS[2]: [part[None] for part in cut_to_contact(one)],
             SPANS[3]: [part[None] for part in cut_to_motion(one)],
         }

@@ -132,9 +132,7 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
         number = figure["name"].removeprefix("Fig. ")
         own = groups.pop(number, [])
         found = [blocks[name] for name in figure["pictures"] if name in blocks]
-        named = [
-            one for one in theirs if re.search(rf"[ ,]{number}[A-G]?\b", one.statement.where)
-        ]
+        named = [one for one in theirs if number in list_named(one)]
         said = {one.say_kept(): None for one, _ in found if one.kept}
         body = templates.figure(
             Markup("").join(draw_block(*one) for one in found),
@@ -143,7 +141,6 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
             [one for one in named if one not in own],
             [*said],
             [name for name in blocks if name.startswith(figure["prefix"])],
-            place_statement,
         )
         anchor = f"fig{number.replace(' ', '')}"
         parts.append(Part(name=anchor, title=f"{figure['name']}  {figure['title']}", body=body))

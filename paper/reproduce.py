@@ -161,7 +161,8 @@ def reproduce(
     shipped = {s.name: section for s in STAGES if (section := find_shipped(s, context))}
     made = {name: shipped[name] for name in context.effort.kept if name in shipped}
     made |= {s.name: section for s in STAGES if (section := find_kept(s, context))}
-    made |= {s.name: _leave_out(s, context) for s in STAGES if _says_nothing(s, context)}
+    if not context.is_cockroach:
+        made |= {s.name: _leave_out(s, context) for s in STAGES if s.name in _COCKROACH_ONLY}
     for section in made.values():
         report(section.title, section)
     todo = sorted(
@@ -226,10 +227,6 @@ def _run_task(task: tuple[Stage, Context]) -> Section:
     with warnings.catch_warnings():
         say_warnings(_SAID)
         return run_stage(*task)
-
-
-def _says_nothing(stage: Stage, context: Context) -> bool:
-    return not context.is_cockroach and stage.name in _COCKROACH_ONLY
 
 
 def _leave_out(stage: Stage, context: Context) -> Section:

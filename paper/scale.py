@@ -43,7 +43,7 @@ class Scale(Record):
         Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept
         comparison.
     control_starts : int
-        Starts of the linear and of the constant family.
+        Starts of the linear and of the uniform family.
     error_places : int
         Places of each error profile (odd).
     draws : int
@@ -109,7 +109,7 @@ class Scale(Record):
     )
 
     # what is touched
-    controls: tuple[str, ...] = ("linear", "constant", "matched")
+    controls: tuple[str, ...] = ("linear", "uniform", "matched")
     speeds: tuple[str, ...] = ("fast", "medium", "slow")
     control_speeds: tuple[str, ...] = ("fast", "medium", "slow")
     locations: tuple[float, ...] = LOCATIONS
@@ -202,7 +202,7 @@ class Scale(Record):
 _HEADLINE = {"relative": (1.0,), "common": (0.03,)}
 """Of the levels of noise those that the report shows."""
 _BEYOND: dict[str, Any] = {
-    "trade_profiles": ("exponential", "constant"),
+    "trade_profiles": ("exponential", "uniform"),
     "trade": {"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": _HEADLINE},
     "gradient": {
         "sets": 1,
@@ -266,7 +266,7 @@ _PUBLISHED = _PAPER.replace(
         "tradeoff",
         *_REST,
     ),
-    controls=("linear", "constant"),
+    controls=("linear", "uniform"),
     fit_starts=0,
     refits=0,
     draws=200,
@@ -288,7 +288,7 @@ QUICK = Scale(
     minutes=1.0,
     vector=False,
     kept=_PUBLISHED.kept,
-    controls=("linear", "constant"),
+    controls=("linear", "uniform"),
     queue=(
         "tensors",
         "robot",
@@ -341,7 +341,7 @@ _SMOKE = QUICK.replace(
     name="smoke",
     minutes=0.5,
     kept=(),
-    controls=("constant",),
+    controls=("uniform",),
     speeds=("fast", "slow"),
     locations=(LOCATIONS[0], LOCATIONS[-1]),
     shapes=("ball", "box"),

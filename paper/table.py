@@ -30,7 +30,7 @@ KEPT = Path(__file__).parent / "kept" / RESULTS
 _POINT = re.compile(r"(?<!\d)\.|\.(?!\d)")
 _GROUPS = {
     *("slow", "medium", "fast", "slowest", "middle", "fastest", "exponential", "linear"),
-    *("constant", "matched", "graded", "rival", "contact", OWN),
+    *("uniform", "matched", "graded", "rival", "contact", OWN),
 }
 _GROUP = re.compile(r"-?\d[\d.]*|M\d|every \d+|stiffness x [\d.]+|\d+ Hz|.+ over .+")
 _NOISES = {"common", "relative"}

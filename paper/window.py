@@ -21,13 +21,19 @@ def _list_contact(tensors: xr.Dataset) -> np.ndarray:
     return (np.abs(tensors["force"].transpose("trial", "time", "axis").values) > 0).any(axis=2)
 
 
+def find_end(tensors: xr.Dataset) -> float:
+    """When the last touch lets go for good [ms]."""
+    contact, time = _list_contact(tensors), in_unit(tensors["time"], "ms").values
+    return float(time[contact.any(axis=0)].max(initial=0.0) + time[1] - time[0])
+
+
 def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNamespace:
     """What a window of ``duration`` [ms] does to complete touches.
 
     Returns
     -------
     SimpleNamespace
-        ``end``: when the last touch lets go for good [ms]. ``cut``: touches that go on, or begin
+        ``end``: see :func:`find_end`. ``cut``: touches that go on, or begin
         again, after the window; ``again``: of these, those without contact when it closes.
         ``pairs`` of touches whose tensors are the same inside the window, and ``ceiling``, the
         greatest accuracy that these leave.
@@ -35,15 +41,13 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
     contact, time = _list_contact(tensors), in_unit(tensors["time"], "ms").values
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
     array = _rectify(tensors)[:, :, inside]
-    same = np.abs(array[:, None] - array[None]).max(axis=(2, 3)) < SAME
-    kinds = np.unique(np.argmax(same, axis=1)).size
-    last = time[contact.any(axis=0)].max() if contact.any() else 0.0
+    same = np.array([np.abs(array - one).max(axis=(1, 2)) < SAME for one in array])
     return SimpleNamespace(
-        end=float(last + (time[1] - time[0])),
+        end=find_end(tensors),
         cut=int(after.sum()),
         again=int((after & ~contact[:, inside][:, -1]).sum()),
         pairs=int(np.triu(same, 1).sum()),
-        ceiling=kinds / len(array),
+        ceiling=np.unique(np.argmax(same, axis=1)).size / len(array),
     )
 
 
@@ -61,7 +65,7 @@ def keep_whole(tensors: xr.Dataset) -> np.ndarray:
     """Rectified angles (trial, sensor, time) [rad] until the last touch of all lets go for good, at
     the recording's own rate.
     """
-    return cut_window(tensors, measure_window(tensors).end)
+    return cut_window(tensors, find_end(tensors))
 
 
 def cut_to_contact(tensors: xr.Dataset) -> list[np.ndarray]:
@@ -81,10 +85,10 @@ def cut_to_motion(tensors: xr.Dataset) -> list[np.ndarray]:
 
 def _cut_each(array: np.ndarray, kept: np.ndarray) -> list[np.ndarray]:
     """From the first to the last kept sample; of a touch without any one sample, of zeros."""
-    cut = []
-    for angle, times in zip(array, map(np.flatnonzero, kept), strict=True):
-        cut.append(angle[:, times[0] : times[-1] + 1] if times.size else 0 * angle[:, :1])
-    return cut
+    return [
+        angle[:, times[0] : times[-1] + 1] if times.size else 0 * angle[:, :1]
+        for angle, times in zip(array, map(np.flatnonzero, kept), strict=True)
+    ]
 
 
 def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:
@@ -98,7 +102,7 @@ def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:
 
 def complete_tensors(tensors: xr.Dataset) -> xr.Dataset:
     """One profile's touches over its own shortest full window, with the samples of the paper's."""
-    return resample(tensors, measure_window(tensors).end, round(DURATION))
+    return resample(tensors, find_end(tensors), round(DURATION))
 
 
 def complete_arrays(

@@ -33,7 +33,7 @@ FIRST = (
     "physics/test_accuracy.py",
     "examples/test_examples.py",
     "physics/test_rod.py",
-    "encoding/test_figures.py",
+    "encoding/test_states.py",
     "active/test_observer.py",
     "analysis/test_dispersion.py",
     "physics/test_parity_chain.py",
@@ -42,9 +42,9 @@ FIRST = (
     "physics/test_lanes.py",
     "tensors/test_store.py",
 )
-"""Files that begin first: of two workers one compiles the engine of the plane and the other the rod
-and the encoder, or the engine in space, once, while neither needs what the other compiles; then
-what takes longest, so that no worker is left alone with one at the end.
+"""Files that begin first: of two workers one compiles the engine of the plane and the other the
+wall's and the encoder, or the engine in space, once, while neither needs what the other compiles;
+then what takes longest, so that no worker is left alone with one at the end.
 """
 JUDGED = (
     "feeler.cli.",
@@ -56,12 +56,6 @@ JUDGED = (
 """Modules that draw the figures of verbs; the report's own figures have a law of their own."""
 SIZE = "--window-size=1440,900"
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
-
-
-def pytest_addoption(parser):
-    parser.addoption(
-        "--kills", type=int, default=60, help="kills of a worker for each executor"
-    )
 
 
 def pytest_configure(config):

@@ -8,7 +8,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record, parse_toml, read_toml, save_toml, write_toml
-from feeler.records import Gt, Record, Unit
+from feeler.records import Gt, Record, Registry, Unit
 
 
 class Ball(Record):
@@ -99,3 +99,49 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path):
 
 def test_a_text_of_any_length_is_parsed():
     assert parse_toml("a = [" + "1," * 20_000 + "]")["a"] == [1] * 20_000
+
+
+def test_entries_keep_their_order_and_are_found_by_name():
+    shapes = Registry("shape")
+    shapes.register("ball", 1)
+    shapes.register("box", 2)
+    assert list(shapes) == ["ball", "box"]
+    assert shapes["box"] == 2
+    assert "ball" in shapes
+    assert len(shapes) == 2
+
+
+def test_a_decorator_registers_and_gives_its_function_back():
+    noises = Registry("noise model")
+
+    @noises.register("white")
+    def white():
+        return "white"
+
+    assert noises["white"] is white
+
+
+def test_what_has_a_home_is_imported_when_asked_for():
+    found = Registry("function", {"sqrt": "math:sqrt"})
+    assert list(found) == ["sqrt"]
+    assert found["sqrt"](9.0) == 3.0
+
+
+@pytest.mark.parametrize("name", ["disc", None, 3, ["ball"]])
+def test_an_unknown_name_lists_the_valid_ones(name):
+    shapes = Registry("shape", {"ball": "math:pi", "box": "math:e"})
+    with pytest.raises(InvalidInput, match=r"unknown shape .*; valid: ball, box"):
+        shapes[name]
+
+
+def test_a_name_is_given_once_and_can_be_taken_back():
+    shapes = Registry("shape")
+    shapes.register("ball", 1)
+    with pytest.raises(InvalidInput, match="there already is a shape 'ball'"):
+        shapes.register("ball", 2)
+    with pytest.raises(InvalidInput, match="must be text"):
+        shapes.register("", 2)
+    shapes.unregister("ball")
+    assert not shapes
+    with pytest.raises(InvalidInput, match="unknown shape"):
+        shapes.unregister("ball")

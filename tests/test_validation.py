@@ -154,11 +154,6 @@ def test_a_dimension_that_two_arguments_name_has_one_size():
         match(np.ones((2, 3)), np.ones((3, 4)), table=np.ones((2, 3)))
 
 
-def test_an_array_of_texts_is_no_array_of_numbers():
-    with pytest.raises(InvalidInput, match="must be an array of numbers"):
-        measure(presets.cockroach(), np.array(["1", "2"]))
-
-
 def test_a_name_beside_a_path_is_held_to_what_a_path_may_be():
     match = "path must be a path that a file can have"
     for name in ("a\0b", "\ud800", 256 * "a"):

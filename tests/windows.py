@@ -2,7 +2,7 @@
 
 import re
 
-COMPARED = ("exponential", "linear", "constant", "matched", "rival")
+COMPARED = ("exponential", "linear", "uniform", "matched", "rival")
 WINDOWLESS = (
     *(
         "wall",
@@ -25,7 +25,7 @@ CUT = ("380 ms window", "cut")
 def find_one_sided(keys):
     """Measures in which values of these keys compare profiles in the paper's window alone.
 
-    Some of the linear and of the constant profile's touches are the same tensor in that window, so
+    Some of the linear and of the uniform profile's touches are the same tensor in that window, so
     no page, figure, claim or sentence compares profiles there without complete touches beside it.
     A key that names no window is of the paper's.
     """

@@ -32,7 +32,7 @@ _HOMES = {
     "load": "feeler.tensors.formats",
     "load_antenna": "feeler.antenna.files",
     "release": "feeler.experiments.mechanics",
-    "sample_antennas": "feeler.antenna.variants",
+    "sample_antennas": "feeler.antenna.animals",
     "sample_trials": "feeler.objects.sampling",
     "save": "feeler.tensors.formats",
     "save_antenna": "feeler.antenna.files",

@@ -23,10 +23,10 @@ from feeler import tensors as tensors
 from feeler import tracking as tracking
 from feeler import tradeoff as tradeoff
 from feeler import wall as wall
+from feeler.antenna.animals import sample_antennas as sample_antennas
 from feeler.antenna.files import load_antenna as load_antenna
 from feeler.antenna.files import save_antenna as save_antenna
 from feeler.antenna.segments import Antenna as Antenna
-from feeler.antenna.variants import sample_antennas as sample_antennas
 from feeler.draw import LogRange as LogRange
 from feeler.encoding.model import ConvolutiveNMF as ConvolutiveNMF
 from feeler.experiments.mechanics import bend as bend

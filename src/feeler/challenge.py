@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from feeler.antenna.animals import cockroach
-from feeler.decoding import READERS, IdealReader
+from feeler.decoding import CLASSIFIERS, IdealObserver
 from feeler.draw import LogRange
 from feeler.errors import InvalidInput
 from feeler.experiments.tactile import touch
@@ -193,7 +193,7 @@ class Task:
         """
         found = {}
         for name, part in (("observer of the training touches", "train"), ("ceiling", "test")):
-            observer = IdealReader(NOISES[noise]).fit(*self.read(part))
+            observer = IdealObserver(NOISES[noise]).fit(*self.read(part))
             found[name] = self._judge(observer, noise)
         return found
 
@@ -228,13 +228,13 @@ def make_smooth_svm() -> Any:
     def smooth(tensors: np.ndarray) -> np.ndarray:
         return gaussian_filter(tensors, (0, 1.5, 4)).reshape(len(tensors), -1)
 
-    return make_pipeline(FunctionTransformer(smooth), READERS["svm"](40, kernel="rbf"))
+    return make_pipeline(FunctionTransformer(smooth), CLASSIFIERS["svm"](40, kernel="rbf"))
 
 
 BASELINES: Mapping[str, Callable[[], Any]] = {
-    "LDA on 30 components": lambda: READERS["lda"](),
+    "LDA on 30 components": lambda: CLASSIFIERS["lda"](),
     "smoothing, 40 components, RBF-SVM": make_smooth_svm,
-    "convolutional network": lambda: READERS["cnn"](),
+    "convolutional network": lambda: CLASSIFIERS["cnn"](),
 }
 """Methods to beat; the network needs PyTorch."""
 

@@ -21,7 +21,7 @@ from feeler.analysis import (
     compute_dispersion,
 )
 from feeler.antenna.segments import Antenna
-from feeler.decoding import Reader, list_groups, make_codes
+from feeler.decoding import Classifier, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS, ConvolutiveNMF, compute_histogram_entropy, hoyer_sparseness
@@ -31,6 +31,7 @@ from feeler.files import temporary_folder
 from feeler.objects.trials import Trial
 from feeler.plotting.results import plot_curves, plot_index
 from feeler.records import Registry
+from feeler.renamed import rename_arguments
 from feeler.report import Section, write_page
 from feeler.tensors.transforms import in_unit, measure_peak
 from feeler.validation import Seed, checked
@@ -174,13 +175,14 @@ class Comparison:
         return rows
 
 
+@rename_arguments(reader="classifier")
 @checked
 def compare_antennas(
     tensors: Mapping[str, Any],
     encoder: Any,
     *,
     plan: Plan,
-    reader: str | Reader = "lda",
+    classifier: str | Classifier = "lda",
     random_state: Seed = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Comparison:
@@ -193,8 +195,8 @@ def compare_antennas(
         compared.
     encoder
         An unfitted ``ConvolutiveNMF``; each antenna gets its own bases.
-    reader
-        Who discriminates the touches, or its name; see :data:`feeler.decoding.READERS`.
+    classifier
+        Who discriminates the touches, or its name; see :data:`feeler.decoding.CLASSIFIERS`.
     """
     if len(tensors) < 2:
         raise InvalidInput(
@@ -223,7 +225,7 @@ def compare_antennas(
                 groups,
                 plan,
                 kinds=COMPARED_CODES,
-                reader=reader,
+                classifier=classifier,
                 random_state=random_state,
                 report=report,
             )
@@ -324,7 +326,7 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
             "Above: how alike each tensor and its closest match are (small dots), and their average"
             " with its 95 % bootstrap interval over stimuli; low Pearson r, SSIM and NMI and high"
             " MSE mean more dispersed. Below: accuracy over all classes (object and place) against"
-            " noise, with 1 SD; squares: the null, one tensor repeated; crosses: a reader that"
+            " noise, with 1 SD; squares: the null, one tensor repeated; crosses: a classifier that"
             " knows only place and time of the peak; dotted: chance.",
             lambda figure: plot(data, figure),
             height=5.4,

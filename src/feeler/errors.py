@@ -157,7 +157,8 @@ def say_warnings(
     known = set() if said is None else said
 
     def say(message, category, filename, lineno, file=None, line=None) -> None:
-        ours = bool({base.__name__ for base in category.__mro__} & {*_PLAIN})
+        plain = bool({base.__name__ for base in category.__mro__} & {*_PLAIN})
+        ours = plain or _name_library(filename) == "feeler"
         if not ours and sys.warnoptions:
             show(message, category, filename, lineno, file, line)
             return

@@ -444,7 +444,12 @@ def _write_value(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return _quote(value)
+        # A TOML basic string; JSON's escapes are a part of TOML's.
+        try:
+            value.encode("utf-8")
+        except UnicodeEncodeError as error:
+            raise InvalidInput(f"{value[:40]!r} is no valid Unicode text.") from error
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
         given = (f"{key} = {_write_value(v)}" for key, v in value.items() if v is not None)
         return f"{{{', '.join(given)}}}"
@@ -456,15 +461,6 @@ def _write_value(value: Any) -> str:
         rows = [f"  {', '.join(texts[start : start + _IN_A_ROW])}," for start in starts]
         return "\n".join(["[", *rows, "]"])
     return repr(value)
-
-
-def _quote(text: str) -> str:
-    """A TOML basic string; JSON's escapes are a part of TOML's."""
-    try:
-        text.encode("utf-8")
-    except UnicodeEncodeError as error:
-        raise InvalidInput(f"{text[:40]!r} is no valid Unicode text.") from error
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 # Writing so that it lasts: a file is complete under its name or absent, and a finished one
@@ -496,7 +492,12 @@ def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
         temporary.unlink(missing_ok=True)
         raise
     if durable:
-        _sync_folder(path.parent)
+        # Wait until the disk has the folder's list of names.
+        descriptor = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def check_room(path: Path, n_bytes: int, what: str) -> None:
@@ -528,15 +529,6 @@ def measure_folder(folder: Path) -> int:
         for entry in entries
         if entry.is_dir(follow_symlinks=False)
     )
-
-
-def _sync_folder(folder: Path) -> None:
-    """Wait until the disk has the folder's list of names."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @contextlib.contextmanager

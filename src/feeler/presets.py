@@ -22,6 +22,7 @@ from feeler.antenna.files import AntennaFile
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects.trials import trials as paper_trials
+from feeler.renamed import rename_antenna
 from feeler.validation import checked
 
 
@@ -44,7 +45,7 @@ PRESETS: dict[str, Callable[[], Antenna]] = {
 @checked
 def make_preset(name: str) -> Antenna:
     """The preset called ``name``; the error lists the valid names."""
-    if name not in PRESETS:
+    if (name := rename_antenna(name)) not in PRESETS:
         raise InvalidInput(f"unknown preset {name!r}; valid: {', '.join(PRESETS)}.")
     return PRESETS[name]()
 

@@ -187,7 +187,12 @@ class Journal(AbstractContextManager):
         if path is None:
             return
         self._path, self._key = Path(path), key
-        self._first = _make_first_line(key)
+        line = json.dumps({"key": key}).encode()
+        if not _FIRST_LINE.fullmatch(line):
+            raise InvalidInput(
+                f"a journal's key must be 1 to 16 hexadecimal digits, got {key!r}."
+            )
+        self._first = line + b"\n"
         lock = self._path.with_name(f".{self._path.name}.lock")
         self._lock = Lock(lock, f"the journal {path}")
         try:
@@ -295,13 +300,6 @@ def _read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any]
             f"{path} is no journal of a {of} ({error}). Remove it, or name another."
         ) from error
     return entries, whole
-
-
-def _make_first_line(key: str) -> bytes:
-    line = json.dumps({"key": key}).encode()
-    if not _FIRST_LINE.fullmatch(line):
-        raise InvalidInput(f"a journal's key must be 1 to 16 hexadecimal digits, got {key!r}.")
-    return line + b"\n"
 
 
 def _write_name(name: Any) -> str:

@@ -33,7 +33,15 @@ NAMES = {
         "Directions": "EigenParameters",
         "walk_loose": "walk_sloppy_direction",
     },
+    "feeler.decoding": {
+        "IdealReader": "IdealObserver",
+        "READERS": "CLASSIFIERS",
+        "Reader": "Classifier",
+        "TemplateReader": "TemplateClassifier",
+        "measure_reader": "measure_classifier",
+    },
     "feeler.robot": {"Lessons": "TrainingSet", "draw_lessons": "draw_training_set"},
+    "feeler.spikes": {"PoissonReader": "PoissonObserver", "SpikeReader": "SpikeClassifier"},
     "feeler.studio": {
         "AntennaWish": "AntennaRequest",
         "ObjectWish": "ObjectRequest",
@@ -42,6 +50,19 @@ NAMES = {
     "feeler.tensors": {"find_breaches": "find_errors"},
 }
 """By module, its old names and the new ones."""
+
+ANTENNAS = {"constant": "uniform"}
+"""Old names of antennas and the new ones."""
+
+
+def rename_antenna(name: str) -> str:
+    """What an antenna, or a family of hinges, is called now; an old name is answered with a line
+    that says so.
+    """
+    if (new := ANTENNAS.get(name, name)) != name:
+        words = f"the antenna {name!r} is now {new!r}; the old name is read until feeler 0.5."
+        warnings.warn(words, FutureWarning, stacklevel=2)
+    return new
 
 
 def find_renamed(module: str) -> Callable[[str], Any]:

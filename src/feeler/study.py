@@ -11,7 +11,7 @@ import xarray as xr
 
 from feeler.analysis import compute_energies, compute_energy, measure_information
 from feeler.antenna.segments import Antenna
-from feeler.decoding.classifiers import READERS, describe_reader, measure_reader
+from feeler.decoding.classifiers import CLASSIFIERS, describe_classifier, measure_classifier
 from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
@@ -27,11 +27,11 @@ from feeler.validation import checked
 _WHOLE = "whole touch"
 _MATCHED = "distance and samples"
 _IDEAL = "ideal"
-"""The reader that knows every touch; its accuracy and bits are expectations over the noise."""
+"""The classifier that knows every touch; its accuracy and bits are expectations over the noise."""
 
 
 class Study(Record):
-    """What is asked, and how much of it is computed: a task, its readers and sets of touches.
+    """What is asked, and how much of it is computed: a task, its classifiers and sets of touches.
 
     A change of a field that is its task's is made there: ``study.replace(speeds=(0.3,))``.
 
@@ -51,10 +51,10 @@ class Study(Record):
     draws : int
         Drawn noise per set, window and level: pairs of draws of each touch for the ideal observer,
         noisy copies of each touch for the others.
-    readers : tuple[Annotated[str, OneOf(READERS)], ...]
-        By their names in :data:`feeler.decoding.READERS`.
+    classifiers : tuple[Annotated[str, OneOf(CLASSIFIERS)], ...]
+        By their names in :data:`feeler.decoding.CLASSIFIERS`.
     train : int
-        Touches of each class from which readers learn; the ideal observer knows those of its set.
+        Training touches of each class; the ideal observer knows those of its set.
     reach : float
         How far the object moves on after first contact, as a share of the antenna's length.
     tail : float
@@ -69,15 +69,15 @@ class Study(Record):
     windows: dict[str, Any]
     sets: Annotated[int, Ge(1)]
     draws: Annotated[int, Ge(1)]
-    readers: tuple[Annotated[str, Choice(READERS)], ...] = (_IDEAL,)
+    classifiers: tuple[Annotated[str, Choice(CLASSIFIERS)], ...] = (_IDEAL,)
     train: Annotated[int, Ge(1)] = 4
     reach: Annotated[float, Ge(0)] = 1.0
     tail: Annotated[float, Ge(0), Unit("ms")] = 100.0
     sample_interval: Annotated[float, Gt(0), Unit("ms")] = 1.0
 
     def _check(self) -> None:
-        if not self.readers or not self.levels:
-            raise InvalidInput("a study needs at least one reader and one level of noise.")
+        if not self.classifiers or not self.levels:
+            raise InvalidInput("a study needs at least one classifier and one level of noise.")
 
     def replace(self, **changes: Any) -> Self:
         """The same study with some fields changed, its own or its task's."""
@@ -143,7 +143,7 @@ class Study(Record):
         progress: Callable[[int, int], None] | None = None,
         **options: Any,
     ) -> xr.Dataset:
-        """What every reader tells, by when, in which noise; and what the touches cost.
+        """What every classifier tells, by when, in which noise; and what the touches cost.
 
         Parameters
         ----------
@@ -162,15 +162,15 @@ class Study(Record):
         Returns
         -------
         xarray.Dataset
-            ``accuracy`` and ``bits`` (antenna, reader, set, speed, level, window); ``work`` of the
-            object on the antenna [µJ], peak ``force`` [mN] and time of last contact ``release``
+            ``accuracy`` and ``bits`` (antenna, classifier, set, speed, level, window); ``work`` of
+            the object on the antenna [µJ], peak ``force`` [mN] and time of last contact ``release``
             [ms since contact] (antenna, set, speed), means over the touches of a set.
         """
         jobs = [*product(antennas, range(self.sets), self.task.speeds)]
         names = [(compute_digest(antennas[name])[:16], *rest) for name, *rest in jobs]
         made_with: dict[str, Any] = {"study": self, "options": options}
-        if texts := [describe_reader(one) for one in self.readers if ".py" in one]:
-            made_with["readers"] = texts
+        if texts := [describe_classifier(one) for one in self.classifiers if ".py" in one]:
+            made_with["classifiers"] = texts
         key = make_key(made_with) if journal else "0"
 
         def measure(job: tuple[str, int, float]) -> dict[str, Any]:
@@ -200,16 +200,16 @@ class Study(Record):
         for name in rows[0]:
             values = np.array([row[name] for row in rows], dtype=float)
             values = values.reshape(*shape, *values.shape[1:])
-            dims = ("antenna", "set", "speed", "reader", "level", "window")[: values.ndim]
+            dims = ("antenna", "set", "speed", "classifier", "level", "window")[: values.ndim]
             fields[name] = xr.DataArray(values, dims=dims)
             if values.ndim > len(shape):
-                fields[name] = fields[name].transpose("antenna", "reader", ...)
+                fields[name] = fields[name].transpose("antenna", "classifier", ...)
         kinds, lengths, names = zip(*self.list_windows(), strict=True)
         return xr.Dataset(
             fields,
             {
                 "antenna": antennas,
-                "reader": list(self.readers),
+                "classifier": list(self.classifiers),
                 "speed": list(self.task.speeds),
                 "level": list(self.noises),
                 "window": list(names),
@@ -235,7 +235,7 @@ class Study(Record):
         windows = self._list_samples(first, angle.shape[2], speed)
         known: tuple[np.ndarray, np.ndarray] | None = None
         told = []
-        for name in self.readers:
+        for name in self.classifiers:
             if name == _IDEAL:
                 told.append(self._ask_ideal(angle, windows, first, number))
                 continue
@@ -246,7 +246,7 @@ class Study(Record):
                 again = self.touch(antenna, lessons, ("angle",), **options)
                 known = _read_angle(again), taught
             told.append(self._ask(name, known, (angle, labels), windows, number))
-        values = np.array(told)  # (reader, level, window, field)
+        values = np.array(told)  # (classifier, level, window, field)
         return {
             "accuracy": values[..., 0],
             "bits": values[..., 1],
@@ -308,7 +308,7 @@ class Study(Record):
         windows: list[np.ndarray],
         number: int,
     ) -> np.ndarray:
-        """Accuracy and bits (level, window, field) of a reader that learns noisy touches."""
+        """Accuracy and bits (level, window, field) of a classifier that learns noisy touches."""
         found = np.empty((len(self.noises), len(windows), 2))
         rng = np.random.default_rng([self.seed, number])
         for row, noise in zip(found, self.noises.values(), strict=True):
@@ -317,11 +317,11 @@ class Study(Record):
             )
             taught, true = (np.tile(labels, self.draws) for _, labels in (known, asked))
             for k, samples in enumerate(windows):
-                reader = READERS[name]()
-                if "noise" in reader.get_params():
-                    reader = reader.set_params(noise=noise)
-                reader.fit(lessons[:, :, samples], taught)
-                row[k] = measure_reader(reader, met[:, :, samples], true)
+                classifier = CLASSIFIERS[name]()
+                if "noise" in classifier.get_params():
+                    classifier = classifier.set_params(noise=noise)
+                classifier.fit(lessons[:, :, samples], taught)
+                row[k] = measure_classifier(classifier, met[:, :, samples], true)
         return found
 
 

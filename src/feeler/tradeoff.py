@@ -18,7 +18,12 @@ from scipy.special import stdtrit
 from feeler.errors import InvalidInput
 from feeler.files import ensure_folder, read_shipped, write_text
 from feeler.objects import Task
-from feeler.plotting.style import NOISE_COLOURS, mark_places, pick_colours, pick_shades
+from feeler.plotting.style import (
+    NOISE_COLOURS,
+    mark_places,
+    pick_colours,
+    pick_shades,
+)
 from feeler.provenance import to_json
 from feeler.report import Section, write_page
 from feeler.study import Study
@@ -251,7 +256,7 @@ def write_tradeoff(
     Parameters
     ----------
     measured
-        By name, what one reader tells of one antenna: parts of what
+        By name, what one classifier tells of one antenna: parts of what
         :meth:`feeler.study.Study.run` gave, as :func:`split_measured` gives them.
     """
     if not measured:
@@ -290,13 +295,15 @@ def write_tradeoff(
 
 @checked
 def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Each antenna's part of a study, and each reader's if there are several, by name."""
-    require_variables(found, "antenna", "reader")
+    """Each antenna's part of a study, and each classifier's if there are several, by name."""
+    require_variables(found, "antenna", "classifier")
     parts = {}
     for antenna in found["antenna"].values:
-        for reader in found["reader"].values:
-            name = str(antenna) if found.sizes["reader"] == 1 else f"{antenna}, {reader}"
-            one = found.sel(antenna=antenna, reader=reader, drop=True)
+        for classifier in found["classifier"].values:
+            name = (
+                str(antenna) if found.sizes["classifier"] == 1 else f"{antenna}, {classifier}"
+            )
+            one = found.sel(antenna=antenna, classifier=classifier, drop=True)
             parts[name] = one.assign_attrs(antenna=name)
     return parts
 
@@ -308,10 +315,10 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: St
     brackets = ", in brackets the range that the sets do not tell from it" * told
     section.figure(
         "tradeoff",
-        "Accuracy of an ideal observer at each speed, against time and distance since contact"
-        f" (first antenna, one noise floor); the best speed for each deadline{bars}; bits of whole"
-        " touches and (dashed) at equal distance and equal number of samples; work on the antenna"
-        " and peak force.",
+        "a, b: accuracy of an ideal observer at each speed, against time and distance since contact"
+        f" (first antenna, absolute noise); c: the best speed for each deadline{bars}; d, e: bits"
+        " of untruncated touches and (dashed) at equal distance and equal number of samples; f, g:"
+        f" work on the antenna and peak force. n = {study.sets} set(s) of touches.",
         lambda figure: _plot_tradeoff(measured, study.shown, figure),
         height=4.8,
     )

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 from benchmarks.kept import note_kept
 from feeler import touch
 from feeler.antenna.segments import Antenna
-from feeler.decoding import TemplateReader, make_lda
+from feeler.decoding import TemplateClassifier, make_lda
 from feeler.objects import NOISES, Common, Mixed, Noise, Nuisances, Task
 from feeler.presets import cockroach
 from studies.gradient.section import make_graded
@@ -35,7 +35,7 @@ def make_antennas(reference: Antenna) -> dict[str, Antenna]:
     """The graded antenna, and controls with one stiffness everywhere."""
     return {
         "graded": reference,
-        "refitted": cockroach("constant"),
+        "refitted": cockroach("uniform"),
         "total": make_graded(reference, 0.0),
         "tip": make_graded(reference, 0.0, "tip"),
     }
@@ -102,7 +102,7 @@ def classify(
     many = asked["learned"] * len(met) // len(learned)
     known, labels = noise.add(learned, rng, many), np.tile(taught, many)
     sd = np.sqrt(np.mean(noise.sd(learned) ** 2, axis=0))
-    told = TemplateReader(_WHITE).fit(learned / sd, taught).predict(seen / sd)
+    told = TemplateClassifier(_WHITE).fit(learned / sd, taught).predict(seen / sd)
     linear = make_lda().fit(known, labels).predict(seen)
     width = (0, asked["smooth"]["sensors"], asked["smooth"]["samples"])
     known, seen = (gaussian_filter(part, width)[:, ::2, ::2] for part in (known, seen))

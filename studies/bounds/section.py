@@ -36,7 +36,7 @@ from studies.stored import read_declared
 _TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 _RESAMPLES = 1000  # bootstrap
 _TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
-_READERS = {
+_ESTIMATORS = {
     "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
     "kernel ridge": lambda: GridSearchCV(
         KernelRidge(kernel="rbf"),
@@ -99,7 +99,7 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
     """Squared errors and bounds of every touch by shape, noise and target, and the derivatives'
     changes by halving the step.
 
-    ``errors`` and ``bounds`` {(shape, kind, size): …}: {reader: (touch, target)} and
+    ``errors`` and ``bounds`` {(shape, kind, size): …}: {estimator: (touch, target)} and
     (touch, target).
     """
     errors, bounds, changes = {}, {}, {}
@@ -141,8 +141,8 @@ def _read(
     asked: Mapping[str, Any],
     rng: np.random.Generator,
 ) -> dict[str, np.ndarray]:
-    """Squared error (touch, target) of each reader, averaged over noisy copies of the test tensors;
-    trained on those of the training tensors.
+    """Squared error (touch, target) of each estimator, averaged over noisy copies of the test
+    tensors; trained on those of the training tensors.
     """
     copies = asked["copies"]
     known, asking = (
@@ -158,22 +158,22 @@ def _read(
     truth = [np.tile(t, (copies, 1)) for t in targets]
     scale = StandardScaler().fit(truth[0])
     found = {}
-    for name in asked["readers"]:
-        reader = make_pipeline(StandardScaler(), _READERS[name]()).fit(
+    for name in asked["estimators"]:
+        estimator = make_pipeline(StandardScaler(), _ESTIMATORS[name]()).fit(
             known, scale.transform(truth[0])
         )
-        squares = (scale.inverse_transform(reader.predict(asking)) - truth[1]) ** 2
+        squares = (scale.inverse_transform(estimator.predict(asking)) - truth[1]) ** 2
         found[name] = squares.reshape(copies, *targets[1].shape).mean(axis=0)
     return found
 
 
 def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> None:
-    """Error of the readers, and the bound, against noise; first shape."""
+    """Error of the estimators, and the bound, against noise; first shape."""
     shape = asked["shapes"][0]
     for row, kind in zip(figure.subplots(2, 3), UNITS_OF_NOISE, strict=True):
         for k, (ax, (target, unit)) in enumerate(zip(row, _TARGETS.items(), strict=True)):
             sizes = asked[kind]
-            for colour, name in zip(PALETTE, asked["readers"], strict=False):
+            for colour, name in zip(PALETTE, asked["estimators"], strict=False):
                 ax.plot(
                     sizes,
                     [_average(data["errors"][shape, kind, s][name])[k] for s in sizes],
@@ -209,7 +209,7 @@ def _average(squares: np.ndarray) -> np.ndarray:
 
 def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers that claims are held against, with 95 % intervals over touches (bootstrap);
-    ``error`` is that of the reader that is best over all touches, as is each ratio to the bound.
+    ``error`` is that of the estimator that is best over all touches, as is each ratio to the bound.
     """
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     n = asked["test"] * len(asked["shapes"])
@@ -227,7 +227,7 @@ def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[s
 
 
 def _choose_best(by: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Squared errors (touch, target) of the reader that is best for each target."""
+    """Squared errors (touch, target) of the estimator that is best for each target."""
     every = np.array(list(by.values()))
     winner = every.mean(axis=1).argmin(axis=0)
     return np.stack([every[k, :, target] for target, k in enumerate(winner)], axis=1)
@@ -268,19 +268,20 @@ def show(context: Context, section: Section) -> None:
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(
         f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its"
-        f" noisy tensor by readers that were not trained on such locations or sizes"
+        f" noisy tensor by estimators that were not trained on such locations or sizes"
         f" ({asked['train']} touches in"
         f" training, {asked['test']} in the test, each shape by itself). The bound holds for"
-        " unbiased readers to whom the shape is known; it comes from the engine's central"
+        " unbiased estimators to whom the shape is known; it comes from the engine's central"
         f" differences, which change by {100 * np.median(changes):.2g} % (median; 95th percentile"
         f" {100 * np.quantile(changes, 0.95):.2g} %) when their step is halved. Where the noise is"
-        " so strong that a reader does best by staying near the middle of the range, it is biased,"
-        " and may come to lie below the bound."
+        " so strong that an estimator does best by staying near the middle of the range, it is"
+        " biased, and may come to lie below the bound."
     )
     section.figure(
         "bounds",
-        "Error (root mean square) of each reader against noise, and the Cramér–Rao bound;"
-        f" {asked['shapes'][0]}.",
+        "Root mean square error of each estimator against noise, and the Cramér–Rao bound of"
+        f" unbiased ones, below which biased ones may lie; {asked['shapes'][0]}, n ="
+        f" {asked['test']} touches. a–c: relative noise; d–f: absolute.",
         lambda figure: plot(data, asked, figure),
         height=4.4,
         numbers={
@@ -298,7 +299,12 @@ def show(context: Context, section: Section) -> None:
         for name, squares in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]
     section.table(
-        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in _TARGETS.items())],
+        [
+            "shape",
+            "noise",
+            "estimator",
+            *(f"{name} [{unit}]" for name, unit in _TARGETS.items()),
+        ],
         rows,
     )
     section.values.update(_collect_values(data, asked))

@@ -31,8 +31,7 @@ from scipy.special import stdtrit
 
 from benchmarks.kept import write_kept
 from feeler import touch
-from feeler.antenna.modes import compute_mass_matrix
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, compute_mass_matrix
 from feeler.design import (
     CHOICES,
     Constraints,
@@ -218,9 +217,7 @@ def run_final(journals: Path, part: str = "") -> dict:
 
 
 def run_sensors(journals: Path, part: str = "") -> dict:
-    chosen = {
-        name: cockroach(name) for name in ("exponential", "linear", "constant", "matched")
-    }
+    chosen = {name: cockroach(name) for name in ("exponential", "linear", "uniform", "matched")}
     splines = [PLAN.space.build(np.array(one["x"])).antenna for one in load("spline").values()]
     told = [score(one, PLAN.task, "test", workers=1).bits for one in splines]
     chosen["spline"] = splines[int(np.argmax(told))]
@@ -327,7 +324,7 @@ def list_values(known: dict) -> dict:
         found[f"family.{noise}.rate.best"] = max(family["starts"], key=lambda one: one["bits"])[
             "p"
         ][2]
-    for name in ("exponential", "linear", "constant", "matched", "spline"):
+    for name in ("exponential", "linear", "uniform", "matched", "spline"):
         if "sensors" in known:
             found |= {
                 f"sensors.{name}.{choice}": known["sensors"][name][choice]["fewest"]

@@ -18,7 +18,6 @@ from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
 
-_N_CLASSES = 18  # of studies/design/declared.toml
 _LIVE = DesignTask(
     objects=("ball:radius=1.5", "box"),
     locations=(0.7, 0.9),
@@ -55,7 +54,7 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     for colour, one in zip(PALETTE, final["seeds"].values(), strict=False):
         axes[1].plot(x, 100 * np.array(one["errors"]), "o", ms=3, color=colour)
     axes[1].set_xticks(x, [f"{v:g}" for v in final["speeds"]])
-    axes[1].set(xlabel="speed [m/s]", ylabel="wrong on fresh touches [%]")
+    axes[1].set(xlabel="speed [m/s]", ylabel="error rate, held-out touches [%]")
     axes[1].legend()
     for noise, family in stored.get("family", {}).items():
         colour = NOISE_COLOURS[noise]
@@ -128,9 +127,10 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "design",
-        "Stiffness of five searched splines (colours) and of the paper's antenna (black); their"
-        " errors on the final draws at three speeds; where far starts of the exponential family"
-        " (bars) went (crosses: the paper's); the searches.",
+        "a: stiffness of five searched splines (colours) and of the paper's antenna (black); b:"
+        " their error rates on the final draws at three speeds (one evaluation each, no interval);"
+        " c: where far starts of the exponential family (bars) went (crosses: the paper's); d: the"
+        " searches.",
         lambda figure: plot(stored, context.antenna, figure),
         height=4.8,
         numbers=stored,

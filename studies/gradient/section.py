@@ -153,7 +153,7 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
         Line2D([], [], color=_GREY, ls=":", label="published rate")
     ]
     if _CONTACT in data["rate"].values:
-        cross = "even, as soft at the contact as the graded one"
+        cross = "uniform, as soft at the contact as the graded one"
         marks.append(Line2D([], [], color=_GREY, marker="x", ls="", label=cross))
     figure.legend(handles=marks, loc="outside lower center", ncols=4)
 
@@ -190,9 +190,9 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "gradient",
-        "Bits of thirty touches (above), and bits on the object where its place is known (below),"
-        " against the gradient; dotted: the published rate; crosses: even, with the contact's"
-        " compliance matched.",
+        "a, b: bits of thirty touches against the gradient; c, d: bits on the object where its"
+        " location is known; dotted: the published rate; crosses: uniform, with the contact's"
+        f" compliance matched. Bars: 95 % CI over {study.sets} sets of resampled touches.",
         lambda figure: plot(data, study, figure),
         height=4.9,
         numbers=data.to_dict(),

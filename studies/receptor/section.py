@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from feeler.analysis import compute_information_known_noise, find_told
 from feeler.antenna.segments import Antenna
-from feeler.decoding import IdealReader
+from feeler.decoding import IdealObserver
 from feeler.objects import Mixed
 from feeler.plotting.style import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
@@ -111,7 +111,7 @@ def _measure(angle: np.ndarray, noise: Mixed, asked: Mapping[str, Any], number: 
         return found.accuracy
     labels, copies = np.arange(len(angle)), asked["copies"]
     met = noise.add(angle, np.random.default_rng([asked["seed"], number]), copies)
-    return IdealReader(noise).fit(angle, labels).score(met, np.tile(labels, copies))
+    return IdealObserver(noise).fit(angle, labels).score(met, np.tile(labels, copies))
 
 
 # The best of a family of rates, with intervals over sets of touches; see declared.toml.
@@ -291,11 +291,10 @@ def show(context: Context, section: Section) -> None:
     section.text(said)
     section.figure(
         "receptor",
-        "Above: touches classified correctly against the stiffness rate, in noise in which"
-        " the published"
-        " antenna (dotted) names three in four; a colour for each bend at which floor and growing"
-        " noise are equal. Below: the best rate of the family, and how far the published one is"
-        " behind it, against that bend. Bars: 95 % over sets of touches.",
+        "a, b: accuracy against the stiffness rate, in noise in which that of the published antenna"
+        " (dotted) is 75 %; a colour for each bend at which absolute and growing noise are equal."
+        " c: the best rate of the family; d: how far the published one is behind it, against that"
+        f" bend. Bars: 95 % CI over {found['main'].sizes['set']} sets of resampled touches.",
         lambda figure: plot(found, asked["resamples"], figure),
         height=5.4,
         numbers={name: data.to_dict() for name, data in found.items()},

@@ -16,7 +16,7 @@ import xarray as xr
 
 from benchmarks.kept import note_kept
 from feeler.antenna.segments import Antenna
-from feeler.decoding.classifiers import READERS, measure_reader
+from feeler.decoding.classifiers import CLASSIFIERS, measure_classifier
 from feeler.execute.threads import hold_blas
 from feeler.objects import Nuisances, Task
 from feeler.presets import cockroach
@@ -67,11 +67,11 @@ class SpaceStudy(Study):
     Attributes
     ----------
     each : int
-        Touches of each class in a set: readers learn one half and are asked about the other.
+        Touches of each class in a set: classifiers learn one half and are asked about the other.
     """
 
     levels: dict[str, Layout]  # type: ignore[assignment]
-    readers: tuple[str, ...] = ("lda", "templates")
+    classifiers: tuple[str, ...] = ("lda", "templates")
     each: Annotated[int, Ge(4)] = 8
 
     @property
@@ -82,7 +82,7 @@ class SpaceStudy(Study):
     def measure_set(
         self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
     ) -> dict[str, Any]:
-        """Accuracy and bits (reader, layout) of one set of whole touches of an antenna."""
+        """Accuracy and bits (classifier, layout) of one set of whole touches of an antenna."""
         trials, labels = self.task.draw(
             antenna, "test", set=number, speed=speed, each=self.each
         )
@@ -90,10 +90,10 @@ class SpaceStudy(Study):
         first = round(trials[0].lead / self.sample_interval) + 1
         angle = in_unit(touches["angle"], "rad")[..., first:]
         half = np.arange(len(labels)) % self.each < self.each // 2
-        found = np.empty((2, len(self.readers), len(self.levels)))
+        found = np.empty((2, len(self.classifiers), len(self.levels)))
         for k, layout in enumerate(self.levels.values()):
             felt = layout.feel(angle)
-            for j, name in enumerate(self.readers):
+            for j, name in enumerate(self.classifiers):
                 folds = [
                     self._ask_half(name, felt, labels, own, number) for own in (half, ~half)
                 ]
@@ -103,16 +103,16 @@ class SpaceStudy(Study):
     def _ask_half(
         self, name: str, felt: np.ndarray, labels: np.ndarray, taught: np.ndarray, number: int
     ) -> tuple[float, float]:
-        """Accuracy and bits of a reader that learns the touches ``taught`` and reads the others."""
+        """Accuracy and bits of a classifier trained on the touches ``taught``, for the others."""
         rng, noise = np.random.default_rng([self.seed, number]), self.task.noise
         known, true = felt[taught], labels[taught]
-        reader = READERS[name]()
-        if reader.knows_noise:
-            reader.set_params(noise=noise).fit(known, true)
+        classifier = CLASSIFIERS[name]()
+        if classifier.knows_noise:
+            classifier.set_params(noise=noise).fit(known, true)
         else:
-            reader.fit(noise.add(known, rng, self.draws), np.tile(true, self.draws))
+            classifier.fit(noise.add(known, rng, self.draws), np.tile(true, self.draws))
         met = noise.add(felt[~taught], rng, self.draws)
-        return measure_reader(reader, met, np.tile(labels[~taught], self.draws))
+        return measure_classifier(classifier, met, np.tile(labels[~taught], self.draws))
 
 
 def load_space(
@@ -137,7 +137,7 @@ def load_space(
     return SpaceStudy(
         task=task,
         levels={name: Layout(**asked["layouts"][name]) for name in names},
-        readers=tuple(asked["readers"]["names"]),
+        classifiers=tuple(asked["classifiers"]["names"]),
         headline={},
         windows={},
         **{name: asked[name] for name in ("each", "sample_interval", "draws", "sets")},
@@ -147,7 +147,7 @@ def load_space(
 def compute(
     journal: Path | None = None, minutes: float = np.inf, **changes: Any
 ) -> dict[str, dict[str, list]]:
-    """By "kind/antenna" the accuracy (set, reader, layout) of the sets that are whole.
+    """By "kind/antenna" the accuracy (set, classifier, layout) of the sets that are whole.
 
     Sets are gone through in their order until the minutes are over, and on from the journal.
     """

@@ -99,8 +99,8 @@ def _judge_orders(found: Found) -> dict[str, Any]:
         for gain in ("own", "shared"):
             rising = [read("slow", profile, variant=gain) for profile in reversed(CLAIMED)]
             values[f"spikes.profile.{gain}.{code}"] = found.order(*rising)
-        slow, fast = (read(speed, "constant") for speed in ("slow", "fast"))
-        values[f"spikes.constant.{code}"] = found.compare(fast, slow)
+        slow, fast = (read(speed, "uniform") for speed in ("slow", "fast"))
+        values[f"spikes.uniform.{code}"] = found.compare(fast, slow)
     return values
 
 
@@ -123,7 +123,7 @@ def _judge_rest(found: Found) -> dict[str, Any]:
         values |= {f"spikes.kept.{n}.{code}": average(share) for n, share in kept.items()}
     null = [
         average(found.get(profile, speed, code, "null"))
-        for profile in ("exponential", "constant")
+        for profile in ("exponential", "uniform")
         for speed in PACES
         for code in ("counts", "first")
     ]

@@ -42,7 +42,7 @@ from paper.reproduce import STAGES
 from paper.stage import run_stage
 from studies.spikes.study import SpikeStudy, load_spiking
 
-PROFILES = ("exponential", "constant", "linear")  # the last is read by two variants only
+PROFILES = ("exponential", "uniform", "linear")  # the last is read by two variants only
 RUNS: dict[str, dict[str, Any]] = {
     "ideal": {"codes": ("ideal",), "each": 1},
     "learn": {"codes": ("counts", "first", "onset")},
@@ -129,7 +129,7 @@ def _list_cells(
         lambda n: all((profile, n, speed) in results for speed in study.task.speeds), count()
     )
     sets = [*numbers]
-    axes = (study.readers, study.levels, [name for _, _, name in study.list_windows()])
+    axes = (study.classifiers, study.levels, [name for _, _, name in study.list_windows()])
     for speed, word in SPEEDS.items():
         found = {
             field: np.array([results[profile, n, speed][field] for n in sets], dtype=float)

@@ -63,14 +63,14 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
             plot_spreads(by_profile, x, spreads, fmt=style, color=colour, mfc=fill, **_LOOK)
     by_time.set(ylabel="accuracy [%]", ylim=(0, 104))
     by_profile.set_xticks(range(len(CLAIMED)), CLAIMED)
-    by_profile.set(ylabel="classified correctly by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
+    by_profile.set(ylabel="accuracy by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
     _plot_places(found, by_place)
     _plot_changes(found, by_change)
     _explain(figure)
 
 
 def _plot_deadlines(found: Found, pace: str, colour: Any, ax: Axes) -> None:
-    """What each reader names right by each deadline, the whole touch last."""
+    """What each classifier names right by each deadline, the whole touch last."""
     for code, style in _STYLES.items():
         spreads = [average(found.get("exponential", pace, code, "own", w)) for w in DEADLINES]
         plot_spreads(ax, range(len(DEADLINES)), spreads, fmt=style, color=colour, **_LOOK)
@@ -87,7 +87,7 @@ def _plot_places(found: Found, ax: Axes) -> None:
         plot_spreads(ax, places.values(), spreads, fmt=style, color=colour, **_LOOK)
     ax.set_xscale("log")
     mark_places(ax.xaxis, places.values())
-    ax.set(xlabel="places with sensilla", ylabel="slow touches right [%]", ylim=(0, 104))
+    ax.set(xlabel="places with sensilla", ylabel="accuracy, slow touches [%]", ylim=(0, 104))
 
 
 def _plot_changes(found: Found, ax: Axes) -> None:
@@ -102,7 +102,7 @@ def _plot_changes(found: Found, ax: Axes) -> None:
     words = ["as drawn (Poisson)" if name == "own" else name for name in shown]
     ax.set_yticks(range(len(shown)), words)
     ax.invert_yaxis()
-    ax.set(xlabel="classified correctly by counts [%]", xlim=(0, 104))
+    ax.set(xlabel="accuracy by counts [%]", xlim=(0, 104))
 
 
 def _explain(figure: Figure) -> None:
@@ -134,16 +134,17 @@ def show(_context: Context, section: Section) -> None:
     )
     section.text(
         f"Measured on {about['date']} with seed {about['seed']}: {values['spikes.sets.ideal']} sets"
-        f" for the ideal observer, {values['spikes.sets.counts']} for readers that learn, of"
+        f" for the ideal observer, {values['spikes.sets.counts']} for classifiers that learn, of"
         f" {about['most']} that were declared at most; the clock ended the runs."
         " studies/spikes/measure.py makes them anew."
     )
     section.figure(
         "spikes",
-        "Touches classified correctly, of thirty kinds. Above: the exponential antenna by"
-        " deadline; counts"
-        " over whole touches by antenna and gain. Below: slow whole touches from fewer places;"
-        " whole touches by what is changed. Bars: 95 % over sets.",
+        "Accuracy from spikes, thirty classes. a: the exponential antenna by deadline; b: counts"
+        " over untruncated touches by antenna and gain; c: slow touches from fewer places; d: by"
+        f" what is changed. Bars: 95 % CI over sets of thirty resampled touches (n ="
+        f" {values['spikes.sets.ideal']} for the ideal observer, {values['spikes.sets.counts']}"
+        " for the others).",
         lambda figure: plot(cells, figure),
         height=5.5,
         numbers={name: one["value"] for name, one in values.items() if _is_known(one)},

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.segments import Antenna
-from feeler.decoding.classifiers import make_lda, measure_reader
+from feeler.decoding.classifiers import make_lda, measure_classifier
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped
 from feeler.objects import Common, Task
@@ -19,7 +19,7 @@ from feeler.spikes import (
     HAIR,
     SPIKE_CODES,
     Firing,
-    PoissonReader,
+    PoissonObserver,
     Population,
     count_spikes,
     draw_spikes,
@@ -101,7 +101,7 @@ class Variant(Record):
 class SpikeStudy(Study):
     """What is asked of spikes; :func:`load_spiking` reads what was declared.
 
-    ``readers`` are codes; ``levels`` are the variants, by name.
+    ``classifiers`` are codes; ``levels`` are the variants, by name.
 
     Attributes
     ----------
@@ -112,15 +112,16 @@ class SpikeStudy(Study):
     """
 
     levels: dict[str, Variant]  # type: ignore[assignment]
-    readers: tuple[str, ...] = (_IDEAL_OBSERVER, "counts")
+    classifiers: tuple[str, ...] = (_IDEAL_OBSERVER, "counts")
     each: Annotated[int, Ge(1)] = 8
     sensilla: dict[str, float]
 
     def _check(self) -> None:
         super()._check()
-        if self.each < _LEAST and {*self.readers} != {_IDEAL_OBSERVER}:
+        if self.each < _LEAST and {*self.classifiers} != {_IDEAL_OBSERVER}:
             raise InvalidInput(
-                f"readers that learn need at least {_LEAST} touches of each class, got {self.each}."
+                f"classifiers that learn need at least {_LEAST} touches of each class, got"
+                f" {self.each}."
             )
 
     @property
@@ -160,15 +161,20 @@ class SpikeStudy(Study):
         )
         touches = self.touch(antenna, trials, ("angle",), **options)
         felt = _Felt(self, antenna, touches, np.asarray(labels), number, options)
-        shape = (len(_FIELDS), len(self.readers), len(self.levels), len(self.list_windows()))
+        shape = (
+            len(_FIELDS),
+            len(self.classifiers),
+            len(self.levels),
+            len(self.list_windows()),
+        )
         found = np.full(shape, np.nan)
         for k, variant in enumerate(self.levels.values()):
-            asked = [j for j, name in enumerate(self.readers) if variant.is_asked(name)]
+            asked = [j for j, name in enumerate(self.classifiers) if variant.is_asked(name)]
             if not asked:
                 continue
             trains = felt.fire(variant)
             for j in asked:
-                found[:, j, k] = self._ask_variant(trains, self.readers[j], variant)
+                found[:, j, k] = self._ask_variant(trains, self.classifiers[j], variant)
         return dict(zip(_FIELDS, found, strict=True))
 
     def _ask_variant(self, trains: "_Trains", name: str, variant: Variant) -> np.ndarray:
@@ -206,7 +212,7 @@ class _Felt:
         self.first = round(float(touches["lead"][0]) / study.sample_interval) + 1
 
     def fire(self, variant: Variant) -> "_Trains":
-        """The trains that readers learn from and are asked about."""
+        """The trains that classifiers learn from and are asked about."""
         rated = self._rate(variant)
         plain = _strip(variant)
         if plain not in self._rasters:  # fewer places, or fewer spikes, of trains drawn once
@@ -292,15 +298,15 @@ class _Trains:
         if keep:
             mean = expected.sum() * step * 1e-3 / len(known)
             expected = expected * min(1.0, keep / mean)
-        reader = PoissonReader(step).fit(expected, self.felt.labels[known])
+        classifier = PoissonObserver(step).fit(expected, self.felt.labels[known])
         drawn = self.felt.draw_known(rates, self.variant)
         met = np.concatenate([self._reduce(raster) for raster in drawn])
         labels = np.tile(self.felt.labels[known], len(drawn))
         untils = [None if end is None else end * step for end in ends]
-        return [_measure(reader, met, labels, until, expected=True) for until in untils]
+        return [_measure(classifier, met, labels, until, expected=True) for until in untils]
 
     def _ask_code(self, name: str, ends: list[int | None]) -> list[np.ndarray]:
-        """Of readers that learn one half of the touches and read the other, both ways."""
+        """Of classifiers that learn one half of the touches and read the other, both ways."""
         width = int(self.study.sensilla["width"]) if name == "counts" else 1
         labels = np.tile(self.felt.labels, len(self.rasters))
         half = np.arange(len(self.felt.labels)) % self.study.each < self.study.each // 2
@@ -323,12 +329,12 @@ def _learn_and_ask(
         places = {_name_place(one) for one in labels}
         return 1 / len(np.unique(labels)), 0.0, 1 / len(places)
     fewest = min(_N_COMPONENTS, used.shape[1], int(taught.sum()) - 1)
-    reader = make_lda(fewest).fit(used[taught], labels[taught])
-    return _measure(reader, used[~taught], labels[~taught])
+    classifier = make_lda(fewest).fit(used[taught], labels[taught])
+    return _measure(classifier, used[~taught], labels[~taught])
 
 
 def _measure(
-    reader: Any,
+    classifier: Any,
     met: np.ndarray,
     labels: np.ndarray,
     until: float | None = None,
@@ -340,9 +346,9 @@ def _measure(
     ``expected``: accuracy is the mean of the greatest posterior, which an ideal observer expects of
     itself; it is unbiased and varies less than hits.
     """
-    accuracy, bits = measure_reader(reader, met, labels, until)
-    chance = np.nan_to_num(np.asarray(reader.predict_proba(met, until), dtype=float))
-    places = np.array([_name_place(label) for label in reader.classes_])
+    accuracy, bits = measure_classifier(classifier, met, labels, until)
+    chance = np.nan_to_num(np.asarray(classifier.predict_proba(met, until), dtype=float))
+    places = np.array([_name_place(label) for label in classifier.classes_])
     names = np.unique(places)
     by_place = np.stack([chance[:, places == name].sum(axis=1) for name in names], axis=1)
     true = np.array([_name_place(label) for label in labels])
@@ -376,7 +382,7 @@ def load_spiking(**changes: Any) -> SpikeStudy:
     return SpikeStudy(
         task=Task(**task, seeds=seeds),
         levels={name: Variant(**variants[name]) for name in kept or variants},
-        readers=tuple(codes),
+        classifiers=tuple(codes),
         headline={},
         draws=1,
         **asked,

@@ -83,18 +83,19 @@ def judge(
     each set.
     """
     found: dict[str, dict[str, list[float]]] = {name: {} for name in antennas}
-    for name, kind, count, sets, reader in _list_trials(antennas, asked["final"]):
+    for name, kind, count, sets, classifier in _list_trials(antennas, asked["final"]):
         task = make_task(asked, kind.partition(",")[0]).replace(test=count)
         found[name][kind] = [
-            _ask(antennas[name], task, number, reader, options).errors for number in range(sets)
+            _ask(antennas[name], task, number, classifier, options).errors
+            for number in range(sets)
         ]
     return found
 
 
 def _list_trials(antennas: Mapping[str, Antenna], final: Mapping[str, Any]) -> Iterator[tuple]:
-    """Antenna, kind, questions of each class, sets and reader of everything that is judged."""
+    """Antenna, kind, questions of each class, sets and classifier of everything that is judged."""
     few = ("unseen, few", final["other_test"], final["sets"], None)
-    reader = final["reader"]
+    classifier = final["classifier"]
     for name in antennas:
         if name.endswith("_tip"):
             yield name, *few
@@ -103,17 +104,23 @@ def _list_trials(antennas: Mapping[str, Antenna], final: Mapping[str, Any]) -> I
         yield name, "known", final["other_test"], final["sets"], None
         for kind in ("size", "place"):
             yield name, kind, final["other_test"], final["other_sets"], None
-        yield name, f"unseen, {reader}", final["reader_test"], final["reader_sets"], reader
+        yield (
+            name,
+            f"unseen, {classifier}",
+            final["classifier_test"],
+            final["classifier_sets"],
+            classifier,
+        )
     yield "published", *few  # those that scaled antennas are asked
 
 
 def _ask(
-    antenna: Antenna, task: DesignTask, number: int, reader: str | None, options: dict
+    antenna: Antenna, task: DesignTask, number: int, classifier: str | None, options: dict
 ) -> Score:
     """The score on final draws of one set."""
     seeds = dict(task.seeds)
     seeds["final"] += number
-    return score(antenna, task.replace(seeds=seeds), "final", reader=reader, **options)
+    return score(antenna, task.replace(seeds=seeds), "final", classifier=classifier, **options)
 
 
 def compute(reference: Antenna, **options: Any) -> dict[str, Any]:

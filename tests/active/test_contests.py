@@ -7,27 +7,24 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
-from feeler.active import Observer, film_policy, parse_policy, show
+from feeler.active import Observer, parse_policy
 from feeler.active.contests import (
-    _plot_comparison,
     confirm_steering,
     fill_comparison,
     judge_energy,
     judge_learned,
     judge_steering,
     load_contest,
-    write_active,
 )
-from feeler.active.show import write_film
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
-from feeler.tradeoff import average_sets
+from paper.context import Context
+from studies.active import section as open_active
+from studies.active.section import load_stored
 
 SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
 NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]
@@ -114,16 +111,6 @@ def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
     assert np.all(found[0]["work"] < found[1]["work"])
 
 
-@pytest.mark.parametrize(
-    "words", ["# my notes", "my notes\n", '{"x": 1}\n', '{"key": "a", "value": {}}\nnotes']
-)
-def test_a_file_that_is_no_journal_is_left_as_it_is(comparison, tmp_path, words):
-    (tmp_path / "notes").write_text(words)
-    with pytest.raises(InvalidInput, match="notes is no journal of a contest"):
-        comparison.run(cockroach(), NAMES, journal=tmp_path / "notes")
-    assert (tmp_path / "notes").read_text() == words
-
-
 def make_measured(comparison, accuracy):
     """One accuracy for each policy and set."""
     names = [*comparison.fixed[:1], *comparison.steered[:2]]
@@ -200,97 +187,6 @@ def test_a_budget_leaves_out_what_costs_more(comparison):
     assert rows[4.0][3] == comparison.steered[0]
 
 
-def test_the_page_says_what_was_measured(comparison, tmp_path):
-    measured = make_measured(
-        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
-    )
-    seeds = np.array([[0.7, 0.8], [0.61, 0.7]])[:, :, None] * np.ones(2)
-    learned = xr.Dataset(
-        {"accuracy": (("seed", "set", "deadline"), seeds)},
-        {"set": [1, 3], "deadline": [10.0, 20.0]},
-    )
-    learned["work"] = 2 * learned["accuracy"]
-    section = Section(name="active", title="", folder=tmp_path, vector=False)
-    fill_comparison(section, measured, comparison, learned)
-    right, work, verdict, energy, taught = [
-        block for block in section.blocks if block["kind"] == "table"
-    ]
-    assert "[%]" in right["caption"] and "[µJ]" in work["caption"]
-    assert right["header"] == work["header"] == ["policy", "10 ms", "20 ms"]
-    found = average_sets(measured["accuracy"])
-    for row, name in zip(right["rows"], measured["policy"].values, strict=True):
-        one = found.sel(policy=name, deadline=10.0)
-        assert row == [
-            name,
-            *[f"{100 * float(one['mean']):.1f} ± {100 * float(one['half']):.1f}"] * 2,
-        ]
-    assert [row[1:] for row in work["rows"]] == [["1", "1"], ["3", "3"], ["0.2", "0.2"]]
-    judged = judge_steering(measured, comparison).sel(deadline=10.0)
-    told = [
-        f"{float(judged[name]):.4g}"
-        for name in ("fixed_accuracy", "steered_accuracy", "gain", "half")
-    ]
-    row = verdict["rows"][0]
-    assert [row[0], row[1], row[3], row[7]] == [
-        "10 ms",
-        comparison.fixed[0],
-        comparison.steered[0],
-        "no",
-    ]
-    assert [row[2], *row[4:7]] == told
-    assert f"at least {comparison.gain:g} points" in verdict["caption"]
-    assert (
-        energy["header"][:2] == ["deadline [ms]", "budget [µJ]"]
-        and float(energy["rows"][0][0]) == 10
-    )
-    ppo = judge_learned(learned, measured, comparison).sel(deadline=20.0)
-    names = (
-        "learned",
-        "least",
-        "most",
-        "fixed_gain",
-        "fixed_half",
-        "steered_gain",
-        "steered_half",
-    )
-    assert taught["rows"][1] == ["20 ms", *(f"{float(ppo[name]):.4g}" for name in names)]
-    assert "mean of 2 seeds" in taught["caption"]
-
-
-def test_the_picture_is_in_per_cent_and_microjoules(comparison):
-    measured = make_measured(
-        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
-    )
-    _plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
-    left, right = figure.axes
-    assert (left.get_xlabel(), left.get_ylabel()) == (
-        "deadline [ms since the beginning]",
-        "right answers [%]",
-    )
-    assert (right.get_xlabel(), right.get_ylabel()) == (
-        "work on the antenna [µJ]",
-        "right at 20 ms [%]",
-    )
-    lines = [bars.lines[0].get_xydata() for bars in left.containers]
-    np.testing.assert_allclose(lines, [[[10, y], [20, y]] for y in (52.5, 68.0, 60.0)])
-    points = np.concatenate([bars.lines[0].get_xydata() for bars in right.containers])
-    np.testing.assert_allclose(points, [[1, 52.5], [3, 68.0], [0.2, 60.0]])
-
-
-def test_bars_end_where_shares_end(comparison):
-    measured = make_measured(
-        comparison, [[0.01, 0.4, 0.01, 0.5], [0.9, 1.0, 0.9, 1.0], [0.6] * 4]
-    )
-    _plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
-    ends = [
-        segment[:, 1]
-        for ax in figure.axes
-        for bars in ax.containers
-        for segment in bars.lines[2][0].get_segments()
-    ]
-    assert np.min(ends) == 0 and np.max(ends) == 100
-
-
 def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison, tmp_path):
     """One set to choose on, one to judge on: no interval, and no verdict where there is none."""
     measured = make_measured(comparison, [[0.5, 0.5], [0.9, 0.9], [0.6, 0.6]])
@@ -300,48 +196,6 @@ def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison
     assert {(row[6], row[7]) for row in verdict["rows"]} == {("one set", "cannot be said")}
     assert "four sets or more" in verdict["caption"]
     assert "undefined" not in str(section.blocks) and "–" in str(energy["rows"])
-
-
-def test_a_movie_is_called_after_its_policy(comparison, tmp_path):
-    measured = make_measured(comparison, [[0.5], [0.9], [0.6]])
-    (tmp_path / "policy1.mp4").write_bytes(b"frames")
-    films = {"fixed:0.6": tmp_path / "policy1.mp4"}
-    page = write_active(measured, comparison, tmp_path, films).read_text(encoding="utf-8")
-    assert "under the policy fixed:0.6:" in page and "policy1:" not in page
-
-
-def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch, comparison):
-    made = []
-    monkeypatch.setattr(
-        show, "write_movie", lambda path, figure, draw, n, **__: made.append((figure, draw, n))
-    )
-    observer = comparison.make_observer(cockroach(), 0)
-    film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
-    assert film["labels"] == tuple(
-        f"{f.name} {f.size:g} mm" for f in observer.task.trials.features
-    )
-    write_film(film, "film.mp4", slower=20.0)
-    figure, draw, count = made[0]
-    left, above, below = figure.axes
-    assert (left.get_xlabel(), left.get_ylabel(), above.get_ylabel()) == (
-        "x [mm]",
-        "y [mm]",
-        "speed [m/s]",
-    )
-    assert below.get_xlabel() == "time [ms]"
-    draw(count - 1)
-    assert left.get_title() == say_clock(float(film["time"][-1]), 20.0)
-    np.testing.assert_array_equal(above.lines[0].get_data(), [film["time"], film["speed"]])
-    for line, belief in zip(below.lines, film["belief"].T, strict=True):
-        np.testing.assert_array_equal(line.get_data(), [film["time"], belief])
-
-
-def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):
-    measured = make_measured(comparison, [[0.52], [0.9], [0.6]])
-    section = Section(name="active", title="", folder=tmp_path, vector=False)
-    fill_comparison(section, measured, comparison)
-    right = next(block for block in section.blocks if block["kind"] == "table")
-    assert [row[1] for row in right["rows"]] == ["52.0", "90.0", "60.0"]
 
 
 @pytest.mark.long
@@ -388,3 +242,33 @@ def test_one_set_cannot_be_judged(comparison):
     measured = make_measured(comparison, [[0.5], [0.6], [0.6]])
     with pytest.raises(InvalidInput, match="at least two sets"):
         judge_steering(measured, comparison)
+
+
+def make_section(folder):
+    return Section(name="tradeoff", title="", folder=folder, vector=False)
+
+
+@pytest.mark.long
+def test_what_is_stored_comes_out_again(tmp_path):
+    section = make_section(tmp_path)
+    open_active.show(Context(), section)
+    assert abs(section.values["active.again"]) < 1e-6
+    assert 0 <= section.values["active.pays"] <= len(load_contest().deadlines)
+    fresh = load_stored(load_contest())["confirmed"]["data_vars"]["gain"]["data"]
+    assert section.values["active.confirmed"] == sum(
+        gain >= load_contest().gain for gain in fresh
+    )
+    assert {"active"} <= {*section.list_figures()}
+
+
+def test_another_antenna_is_not_shown_what_is_stored_for_the_published_one(tmp_path):
+    section = make_section(tmp_path)
+    open_active.show(Context(antenna=cockroach("linear"), is_cockroach=False), section)
+    assert not section.blocks
+
+
+def test_results_of_other_choices_are_refused():
+    with pytest.raises(
+        InvalidInput, match=r"made with noise common:0.03, declared is common:0.05"
+    ):
+        load_stored(load_contest(noise="common:0.05"))

@@ -12,9 +12,7 @@ from gymnasium.utils.env_checker import check_env
 import feeler
 from feeler.active import Arena, FollowTask, LocaliseTask, TouchTask
 from feeler.active.environment import TASKS, TouchEnv, TouchVectorEnv
-from feeler.active.tasks import _compute_energy
 from feeler.errors import InvalidInput
-from feeler.physics.scene import Scene
 
 OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 
@@ -38,21 +36,6 @@ def test_gymnasium_finds_nothing_wrong(name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that spaces are in mm and not in [-1, 1]
         check_env(gymnasium.make(name, plain=False, render_mode="rgb_array").unwrapped)
-
-
-def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
-    titles = []
-    monkeypatch.setattr(
-        "matplotlib.axes.Axes.set_title", lambda _, words, **__: titles.append(words)
-    )
-    envs = TouchVectorEnv(make_task(), num_envs=2, render_mode="rgb_array")
-    envs.reset(seed=0)
-    for _ in range(3):
-        envs.step(make_action(2, 0.5))
-    envs.reset(options={"reset_mask": np.array([False, True])})
-    pictures = envs.render()
-    assert titles == ["3 ms", "0 ms"]  # each lane's own clock
-    assert pictures[0].shape == pictures[1].shape == (360, 320, 3)
 
 
 @pytest.mark.parametrize(
@@ -90,32 +73,6 @@ def test_a_constant_speed_is_a_touch_bit_for_bit():
     tensors = feeler.touch(task.antenna, touches, duration=30.0, timestep=task.timestep)
     assert np.abs(felt).max() > 0.01
     np.testing.assert_array_equal(np.stack(felt, axis=2), tensors["angle"].values[:, :, 1:])
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_lane_is_the_single_environment_of_its_seed(workers):
-    task = make_task()
-    envs, one = TouchVectorEnv(task, 9, workers=workers), TouchEnv(task)
-    together, _ = envs.reset(seed=7)
-    alone, _ = one.reset(seed=7 + 8)
-    rng = np.random.default_rng(0)
-    for _ in range(12):
-        np.testing.assert_array_equal(together["angle"][8], alone["angle"])
-        action = make_action(9, 0.0)
-        action["action"] += rng.uniform(-1, 1, (9, 2)) * [task.max_speed, task.max_turn]
-        together, reward, *_ = envs.step(action)
-        alone, own, *_ = one.step({key: value[8] for key, value in action.items()})
-        assert reward[8] == own
-
-
-def test_an_ended_lane_begins_anew_and_its_neighbours_go_on():
-    envs = TouchVectorEnv(make_task(duration=3.0), 2)
-    envs.reset(seed=1)
-    times = []
-    for _ in range(6):
-        observation, _, _, truncated, _ = envs.step(make_action(2, 0.3))
-        times.append((observation["time"][0, 0], truncated[0]))
-    assert times == [(1, False), (2, False), (3, True), (0, False), (1, False), (2, False)]
 
 
 def test_without_contact_nothing_is_known():
@@ -188,17 +145,6 @@ def test_work_is_never_gained():
     energy = 0.5e3 * arena.task.antenna.segment_mass.sum() * 0.8**2
     assert works[5][0] == pytest.approx(energy, rel=1e-9)
     assert np.min(works) >= 0
-
-
-def test_a_turning_body_s_antenna_has_the_energy_of_its_moving_pieces():
-    """By how far each segment's middle goes in a moment."""
-    antenna, (vx, vy, turn), moment = feeler.presets.cockroach(), (0.3, -0.2, 0.01), 1e-6
-    scene = Scene(antenna=antenna, base=(1.0, 2.0, 0.4))
-    shapes = [antenna.shape(antenna.rest_angle, 0.4 + turn * t) for t in (-moment, moment)]
-    before, after = ((points[:-1] + points[1:]) / 2 for points in shapes)
-    velocity = (after - before) / (2 * moment) + [vx, vy]
-    expected = 0.5e3 * antenna.segment_mass @ (velocity**2).sum(axis=1)
-    assert _compute_energy(scene, (vx, vy, turn)) == pytest.approx(expected, rel=1e-6)
 
 
 def test_who_decides_ends_the_episode():

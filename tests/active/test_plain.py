@@ -137,13 +137,3 @@ def test_stable_baselines3_takes_the_lanes():
     )
     model.learn(24)
     assert np.isfinite(model.predict(seen)[0]).all()
-
-
-@pytest.mark.long
-def test_stable_baselines3_trains_on_it_as_it_is():
-    ppo = pytest.importorskip("stable_baselines3").PPO
-    env = gymnasium.make("feeler/Touch-v0")
-    model = ppo("MlpPolicy", env, n_steps=32, batch_size=32, n_epochs=1, seed=0, device="cpu")
-    model.learn(32)
-    action, _ = model.predict(env.reset(seed=0)[0])
-    assert env.action_space.contains(action)

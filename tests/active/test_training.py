@@ -90,11 +90,9 @@ def test_practice_is_the_observer_where_speed_stays(practice):
     """At one speed nothing is left out but that places are rounded: what is felt is the observer's,
     and so is the accuracy.
     """
-    observer, row, felt = (
-        Observer(practice.task),
-        int(np.flatnonzero(practice.speeds == 0.3)[0]),
-        [],
-    )
+    observer = Observer(practice.task)
+    row = int(np.flatnonzero(practice.speeds == 0.3)[0])
+    felt = []
     seen = observer.run(
         parse_policy("fixed:0.3"), 40, watch=(0, lambda arena: felt.append(arena.felt))
     )

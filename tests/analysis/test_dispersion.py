@@ -1,8 +1,10 @@
 """Closest matches, averages and intervals."""
 
+import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
+from sklearn.base import BaseEstimator
 from sklearn.metrics import normalized_mutual_info_score
 
 from feeler.analysis import (
@@ -19,7 +21,11 @@ from feeler.analysis import (
     search_closest,
 )
 from feeler.analysis.dispersion import student_mean
+from feeler.comparison import compare_antennas
+from feeler.decoding import list_groups
+from feeler.decoding.sweeps import Plan
 from feeler.errors import InvalidInput
+from paper import fig5_data
 
 from .test_indices import ssim_slowly
 
@@ -93,19 +99,6 @@ def test_groups_do_not_see_each_other():
         assert dispersion.values("pearson", group).max() < 0.9
 
 
-def test_tighter_group_is_less_dispersed_by_every_index():
-    rng = np.random.default_rng(5)
-    base = rng.random((12, 30))
-    tight = base + 0.05 * rng.random((6, 12, 30))
-    loose = 0.5 * base + 0.5 * rng.random((6, 12, 30))
-    average = compute_dispersion(
-        np.concatenate([tight, loose]), ["tight"] * 6 + ["loose"] * 6
-    ).average
-    for index in ("pearson", "ssim", "nmi"):
-        assert average[index]["tight"].low > average[index]["loose"].high
-    assert average["mse"]["tight"].high < average["mse"]["loose"].low
-
-
 @pytest.mark.parametrize("scale", [True, False])
 def test_every_average_is_that_of_the_libraries_written_out(scale):
     """NumPy, SciPy and scikit-learn on the whole set divided by its greatest magnitude, which here
@@ -131,17 +124,6 @@ def test_every_average_is_that_of_the_libraries_written_out(scale):
                 found.values(index, group), expected, rtol=1e-9, atol=1e-12
             )
             assert found.average[index][group].estimate == pytest.approx(np.mean(expected))
-
-
-@pytest.mark.parametrize(("level", "z"), [(0.95, 1.959964), (0.5, 0.67449)])
-def test_an_interval_of_many_values_is_the_normal_one(level, z):
-    values = np.random.default_rng(9).normal(3.0, 2.0, 2000)
-    found = bootstrap_mean(values, np.random.default_rng(1), level=level, n_resamples=4000)
-    half = z * values.std() / np.sqrt(values.size)
-    assert (found.low - values.mean(), found.high - values.mean()) == pytest.approx(
-        (-half, half), rel=0.06
-    )
-    assert found.estimate == values.mean() and np.isnan(found.effect)
 
 
 def test_indices_may_be_chosen_and_groups_be_of_different_shapes():
@@ -185,15 +167,6 @@ def test_bad_input_is_refused(call, message):
         call(make_pairs())
 
 
-def test_bootstrap_interval_covers_the_mean_as_often_as_it_says():
-    rng = np.random.default_rng(2)
-    intervals = [
-        bootstrap_mean(rng.normal(size=40), rng, n_resamples=400, level=0.8) for _ in range(300)
-    ]
-    hits = [interval.low <= 0 <= interval.high for interval in intervals]
-    assert 0.7 < np.mean(hits) < 0.88
-
-
 def test_an_interval_is_that_of_two_thousand_means_of_drawn_values():
     """Efron's percentile interval (https://doi.org/10.1214/aos/1176344552), written out with the
     same draws.
@@ -205,16 +178,6 @@ def test_an_interval_is_that_of_two_thousand_means_of_drawn_values():
     assert (found.low, found.high) == pytest.approx(
         tuple(np.percentile(means, [2.5, 97.5])), rel=1e-12
     )
-
-
-def test_paired_difference_knows_its_sign_and_size():
-    rng = np.random.default_rng(4)
-    b = rng.normal(size=50)
-    a = b + 1.0 + 0.5 * rng.normal(size=50)
-    difference = bootstrap_difference(a, b, rng)
-    assert 0.0 < difference.low < 1.0 < difference.high
-    assert bootstrap_difference(a, a, rng).effect == 0.0
-    assert bootstrap_difference(a + 1.0, a, rng).effect > 1e6
 
 
 def test_effect_is_the_mean_over_the_sample_sd():
@@ -266,3 +229,85 @@ def test_students_interval_holds_the_mean_as_often_as_it_says():
     )
     alone = student_mean(np.array([2.0]))
     assert alone.estimate == 2.0 and np.isnan(alone.low) and np.isnan(alone.high)
+
+
+matplotlib.use("Agg")
+PLAN = Plan(
+    ratios=(0.2,), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=3, before_all=True
+)
+
+
+class SumEncoder(BaseEstimator):
+    """Stands in for the convolutive NMF."""
+
+    def __init__(self, n_restarts=1, random_state=None):
+        self.n_restarts = n_restarts
+        self.random_state = random_state
+
+    def fit(self, X):
+        self.components_ = X[:3, :, :5] + 1e-3
+        self.activations_ = X.reshape(len(X), 3, -1, X.shape[2]).sum(axis=2)
+        return self
+
+    def transform(self, X, *, code):
+        return X.reshape(len(X), 3, -1, X.shape[2]).sum(axis=2)
+
+
+def make_tensors(spread, speeds=(0.6, 0.06)):
+    """Slow touches and large ``spread`` set the stimuli apart in time."""
+    grid = [
+        (f, s, x, v)
+        for v in speeds
+        for x in (0.5, 0.7, 0.9)
+        for s in (1.5, 3.0)
+        for f in ("ball", "box")
+    ]
+    feature, size, location, speed = (np.array(column) for column in zip(*grid, strict=True))
+    shift = 8 + spread * np.where(speed < 0.1, 1.0, 0.2) * (np.arange(len(grid)) % 12)
+    time, sensor = np.arange(40), np.arange(12)
+    rows = np.exp(-0.5 * ((sensor - 12 * location[:, None]) / 2) ** 2)
+    angle = rows[:, :, None] * np.exp(-0.5 * ((time - shift[:, None]) / 2) ** 2)[:, None, :]
+    coordinates = {"feature": feature, "size": size, "location": location, "speed": speed}
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), angle, {"units": "rad"})},
+        {k: ("trial", v) for k, v in coordinates.items()},
+    )
+
+
+@pytest.fixture(scope="module")
+def tensors():
+    return {
+        "exponential": make_tensors(2.0),
+        "linear": make_tensors(0.8),
+        "uniform": make_tensors(0.1),
+    }
+
+
+def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
+    listed = list_groups(tensors)
+    assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
+    assert list(listed["profile"]) == ["exponential", "linear", "uniform"]
+    labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
+    assert len(set(labels)) == 1 and len(labels[0]) == 12
+
+
+def test_antennas_may_have_different_numbers_of_sensors(tensors):
+    fewer = tensors["uniform"].isel(sensor=slice(None, None, 2))
+    found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), plan=PLAN)
+    alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), plan=PLAN)
+    # each antenna's own tensors, however many sensors its neighbour has
+    np.testing.assert_allclose(
+        found.dispersion["raw"].values("pearson", "b"),
+        alone.dispersion["raw"].values("pearson", "b"),
+    )
+
+
+def test_sets_that_make_no_comparison_are_refused(tensors):
+    with pytest.raises(InvalidInput, match="at least two antennas"):
+        compare_antennas({"a": tensors["linear"]}, SumEncoder(), plan=PLAN)
+    with pytest.raises(
+        InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"
+    ):
+        fig5_data.compute(tensors, SumEncoder(), plan=PLAN, reference="x")
+    with pytest.raises(InvalidInput, match="did any contact"):
+        list_groups({"exponential": 0 * tensors["linear"]})

@@ -41,10 +41,8 @@ def test_what_cannot_be_told_has_no_bound():
 
 
 def test_parameters_move_a_touch_by_millimetres_and_per_cent():
-    antenna, trial = (
-        feeler.presets.cockroach(),
-        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
-    )
+    antenna = feeler.presets.cockroach()
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3)
     moved = {
         name: PARAMETERS[name].move(antenna, trial, 4.0)
         for name in ("location", "size", "speed")
@@ -104,10 +102,8 @@ def test_faster_is_earlier():
     """For a quasi-static touch, one per cent of speed moves the tensor along time by one per cent
     of the time since contact.
     """
-    antenna, trial = (
-        feeler.presets.cockroach(),
-        feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06),
-    )
+    antenna = feeler.presets.cockroach()
+    trial = feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06)
     found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)[
         "derivative"
     ].values[0, 0]
@@ -137,11 +133,9 @@ def test_what_has_no_size_is_refused():
 def test_derivatives_of_scaled_tensors():
     """Against differences of the scaled tensors themselves."""
     rng = np.random.default_rng(1)
-    tensors, moves, step = (
-        rng.standard_normal((3, 4, 5)),
-        rng.standard_normal((2, 3, 4, 5)),
-        1e-6,
-    )
+    tensors = rng.standard_normal((3, 4, 5))
+    moves = rng.standard_normal((2, 3, 4, 5))
+    step = 1e-6
     found = scale_derivatives(moves, tensors)
     for move, derivative in zip(moves, found, strict=True):
         difference = (

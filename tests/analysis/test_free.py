@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from feeler.analysis import check_trace, measure_free_response
+from feeler.analysis import check_trace, measure_deflection_ratios, measure_free_response
 from feeler.analysis.response import _find_extrema, _fit_damped_cosine
+from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.experiments.mechanics import bend
 
 
 def swing(time, frequency=0.0175, ratio=0.35):
@@ -32,22 +34,6 @@ def test_one_oscillator_gives_back_its_frequency_and_damping(frequency, ratio, s
     assert free.damping_ratio == pytest.approx(ratio, rel=5e-3)
     assert free.fitted_frequency == pytest.approx(frequency, rel=1e-4)
     assert free.fitted_damping_ratio == pytest.approx(ratio, rel=1e-4)
-
-
-def test_peaks_lie_between_samples():
-    """Twenty samples per cycle: the parabola keeps frequency within 1 % whatever the phase of the
-    samples.
-    """
-    found = []
-    for shift in np.linspace(0, 1, 11):
-        time = np.arange(-shift * 2.857, 200, 2.857)
-        time = time[time >= 0]
-        found.append(
-            measure_free_response(
-                time, swing(time, ratio=0.2), release=None, fit=False
-            ).frequency
-        )
-    assert np.ptp(found) / 0.0175 < 0.01
 
 
 def test_settling_and_rejection_of_a_known_decay():
@@ -75,10 +61,8 @@ def test_an_overdamped_response_is_said_to_be_one(ratio):
     if ratio == 1.0:
         signal = (1 + omega * time) * np.exp(-omega * time)
     else:
-        slow, fast = (
-            omega * (ratio - np.sqrt(ratio**2 - 1)),
-            omega * (ratio + np.sqrt(ratio**2 - 1)),
-        )
+        slow = omega * (ratio - np.sqrt(ratio**2 - 1))
+        fast = omega * (ratio + np.sqrt(ratio**2 - 1))
         signal = (fast * np.exp(-slow * time) - slow * np.exp(-fast * time)) / (fast - slow)
     free = measure_free_response(time, signal)
     assert free.overdamped
@@ -188,31 +172,6 @@ def test_turns_are_those_of_the_textbook_s_oscillator(begin, ratio):
     )  # what is left after one whole cycle
 
 
-def test_the_cosine_gives_back_everything_it_was_made_of():
-    time = 5.0 + 0.5 * np.arange(200)
-    t, zeta, omega = time - 5.0, 0.2, 2 * np.pi * 0.0175
-    decay = zeta * omega / np.sqrt(1 - zeta**2)
-    for phase in (-2.0, 0.7, 2.5):
-        found = _fit_damped_cosine(
-            time, 1.5 + 2.0 * np.exp(-decay * t) * np.cos(omega * t + phase), 0.02
-        )
-        got = (found.frequency, found.damping_ratio, found.amplitude, found.phase, found.offset)
-        assert got == pytest.approx((0.0175, zeta, 2.0, phase, 1.5), rel=1e-7)
-        assert found.residual < 1e-8
-
-
-def test_the_residual_is_that_of_numpy_relative_to_the_signal_s_own_spread():
-    wild = np.random.default_rng(0).normal(0.0, 0.05, TIME.size)
-    signal = 7.0 + swing(TIME) + wild
-    found = _fit_damped_cosine(TIME, signal, 0.0175)
-    omega = 2 * np.pi * found.frequency
-    decay = found.damping_ratio * omega / np.sqrt(1 - found.damping_ratio**2)
-    fitted = found.offset + found.amplitude * np.exp(-decay * TIME) * np.cos(
-        omega * TIME + found.phase
-    )
-    assert found.residual == pytest.approx(np.std(signal - fitted) / np.std(signal), rel=1e-6)
-
-
 @given(st.lists(st.integers(-9, 9), min_size=5, max_size=30))
 def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(values):
     signal = np.array(values, dtype=float)
@@ -293,3 +252,87 @@ def test_a_trough_of_any_bend_is_placed_between_samples(bend):
     places, heights = _find_extrema(time, signal, floor=1.0)
     np.testing.assert_allclose(places, [4.25], rtol=1e-12)
     np.testing.assert_allclose(heights, [-20.0 * bend], rtol=1e-12)
+
+
+TIME_MEASURES = np.arange(0.0, 50.0, 1.0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("peak", [20.0, 20.3, 20.77])
+def test_ratios_of_points_that_follow_the_tip(sign, peak):
+    tip = sign * (10 - 0.01 * (TIME_MEASURES - peak) ** 2)
+    ratios = measure_deflection_ratios(TIME_MEASURES, np.outer([0.22, 0.55], tip), tip)
+    np.testing.assert_allclose(ratios, [0.22, 0.55], rtol=1e-12)
+
+
+def test_ratios_belong_to_the_moment_between_samples():
+    tip = 10 - 0.01 * (TIME_MEASURES - 20.4) ** 2
+    point = 0.3 * TIME_MEASURES
+    assert measure_deflection_ratios(TIME_MEASURES, point, tip)[0] == pytest.approx(
+        0.3 * 20.4 / 10, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("curve", [0.0, 0.02, -0.05])
+def test_points_are_read_on_parabolas_of_their_own(curve):
+    """A point that itself turns, sampled every 2 ms: its value at the tip's vertex, 20.9 ms, is
+    that of its parabola.
+    """
+    time = 2.0 * np.arange(20)
+    tip, point = 10 - 0.01 * (time - 20.9) ** 2, 3.0 + 0.1 * time + curve * (time - 17.0) ** 2
+    expected = (3.0 + 2.09 + curve * 3.9**2) / 10
+    assert measure_deflection_ratios(time, point, tip)[0] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("bend", [0.5, 1.0, 2.0])
+def test_the_moment_is_the_vertex_however_sharp_the_turn(bend):
+    tip = 10 - bend / 2 * (TIME_MEASURES - 20.25) ** 2
+    assert measure_deflection_ratios(
+        TIME_MEASURES, 0.3 * TIME_MEASURES, tip * (np.abs(tip) < 11)
+    )[0] == pytest.approx(0.3 * 20.25 / 10)
+
+
+def test_a_tip_that_never_turns_is_refused():
+    for tip, word in ((TIME_MEASURES, "last"), (TIME_MEASURES[::-1], "first")):
+        with pytest.raises(InvalidInput, match=f"farthest out at the {word} sample"):
+            measure_deflection_ratios(TIME_MEASURES, TIME_MEASURES, tip)
+
+
+@pytest.mark.parametrize("peak", [1.1, 47.9])
+def test_a_tip_may_turn_beside_the_ends_of_the_trace(peak):
+    tip = 10 - 0.001 * (TIME_MEASURES - peak) ** 2
+    assert measure_deflection_ratios(TIME_MEASURES, 0.3 * TIME_MEASURES, tip)[
+        0
+    ] == pytest.approx(0.3 * peak / 10)
+
+
+def test_a_tip_that_rests_at_its_farthest_but_for_a_bit_is_read_there():
+    tip = np.clip(TIME_MEASURES / 20, 0.0, 1.0) * np.clip((49 - TIME_MEASURES) / 20, 0.0, 1.0)
+    tip[20] = np.nextafter(1.0, 0.0)
+    assert np.argmax(tip) == 21 and measure_deflection_ratios(
+        TIME_MEASURES, 0.3 * TIME_MEASURES, tip
+    )[0] == pytest.approx(0.3 * 21)
+
+
+def test_gaps_and_shapes_of_points_are_refused():
+    tip = 10 - 0.1 * (TIME_MEASURES - 20.4) ** 2
+    with pytest.raises(InvalidInput, match="missing samples"):
+        measure_deflection_ratios(TIME_MEASURES, np.where(TIME_MEASURES == 9, np.nan, tip), tip)
+    with pytest.raises(InvalidInput, match="with 50 samples"):
+        measure_deflection_ratios(TIME_MEASURES, tip[:-1], tip)
+
+
+def test_a_uniform_cantilever_gives_back_its_rigidity():
+    """n hinges of stiffness k, each half a segment from the clamp's side, approach EI = k ℓ."""
+    n, rigidity = 200, 0.5
+    length = 40.0 / n
+    antenna = Antenna(
+        segment_length=np.full(n, length),
+        segment_mass=1e-5,
+        radius=0.1,
+        stiffness=rigidity / length,
+        damping=1.0,
+    )
+    force = 1e-6
+    tip = float(bend(antenna, force)["tip"].values[0, 0])
+    assert force * antenna.length**3 / (3 * tip) == pytest.approx(rigidity, rel=0.01)

@@ -1,10 +1,12 @@
 """A beam's antenna deflects and rings as Euler and Bernoulli say."""
 
 import numpy as np
+import pint
 import pytest
 
-from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.files import load_antenna, save_antenna
+from feeler.antenna import Antenna, Sigmoid, compute_modes
+from feeler.antenna.animals import fit_sigmoid
+from feeler.antenna.files import BEAM_UNITS, FILE_UNITS, load_antenna, save_antenna
 from feeler.errors import InvalidInput, ModelValidityWarning
 
 BEAM = {"length": 40.0, "modulus": 2000.0, "density": 1.1e-3}
@@ -124,3 +126,99 @@ def test_micrometres_or_metres_in_the_place_of_millimetres_are_questioned(option
         ModelValidityWarning, match=rf"{next(iter(options))} is outside .* not µm or m"
     ):
         Antenna.from_beam(**{**BEAM, "radius": 0.1, **options})
+
+
+PINT = pint.UnitRegistry()
+EVERY = [(name, unit) for name, units in (FILE_UNITS | BEAM_UNITS).items() for unit in units]
+
+
+def read(unit):
+    return PINT.parse_units(unit.replace("·", "*").replace("³", "**3"))
+
+
+@pytest.mark.parametrize(("name", "unit"), EVERY)
+def test_every_factor_is_pints(name, unit):
+    units = (FILE_UNITS | BEAM_UNITS)[name]
+    assert PINT.Quantity(1.0, read(unit)).to(
+        read(next(iter(units)))
+    ).magnitude == pytest.approx(units[unit], rel=1e-12)
+
+
+def test_a_stiffness_is_a_modulus_times_an_area_times_a_length():
+    """Of a beam, E I / l: MPa · mm⁴ / mm is the N·mm that a hinge has per radian."""
+    own = {name: read(next(iter(units))) for name, units in BEAM_UNITS.items()}
+    made = PINT.Quantity(1.0, own["modulus"] * own["radius"] ** 4 / own["length"] / PINT.rad)
+    assert made.to(read(next(iter(FILE_UNITS["stiffness"])))).magnitude == pytest.approx(1.0)
+    weight = PINT.Quantity(
+        1.0, own["density"] * own["width"] * own["thickness"] * own["length"]
+    )
+    assert weight.to(read(next(iter(FILE_UNITS["segment_mass"])))).magnitude == pytest.approx(
+        1.0
+    )
+    slow = PINT.Quantity(1.0, own["damping_time"] * read(next(iter(FILE_UNITS["stiffness"]))))
+    assert slow.to(read(next(iter(FILE_UNITS["damping"])))).magnitude == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("value", [np.inf, -1.0, 0.0])
+def test_one_length_that_cannot_be_is_enough_to_refuse_an_antenna(value):
+    with pytest.raises(
+        InvalidInput, match="antenna 1 has segment lengths that are not finite and > 0"
+    ):
+        fit_sigmoid([np.where(np.arange(20) == 3, value, 1.0)])
+
+
+PLANTED = Sigmoid(low=0.00349, rise=0.00588, slope=11.06, centre=0.377)
+
+
+def make_lengths(n, rng=None, scatter=0.0, length=42.0):
+    share = PLANTED.sample(n)
+    if rng is not None:
+        share = share * np.exp(scatter * rng.standard_normal(n))
+    return length * share / share.sum()
+
+
+def test_an_exact_sigmoid_is_found_exactly():
+    fit = fit_sigmoid([make_lengths(140), make_lengths(140, length=38.0)])
+    total = PLANTED.sample(140).sum()
+    np.testing.assert_allclose(
+        [fit.sigmoid.slope, fit.sigmoid.centre], [11.06, 0.377], rtol=1e-5
+    )
+    np.testing.assert_allclose(
+        [fit.sigmoid.low, fit.sigmoid.rise], np.array([0.00349, 0.00588]) / total, rtol=1e-5
+    )
+    assert fit.squared_residual < 1e-16
+
+
+def test_antennae_of_different_counts_are_put_on_one_scale():
+    fit = fit_sigmoid([make_lengths(140), make_lengths(150), make_lengths(133)])
+    assert fit.share.shape == (3, 150)
+    np.testing.assert_allclose(fit.share.sum(axis=1), 1.0)
+    assert fit.sigmoid.centre == pytest.approx(0.377, abs=0.01)
+
+
+def test_residuals_are_those_of_the_fit():
+    rng = np.random.default_rng(4)
+    fit = fit_sigmoid([make_lengths(140, rng, 0.08) for _ in range(4)])
+    curve = fit.sigmoid.at(fit.x)
+    assert fit.squared_residual == pytest.approx(np.sum((fit.share.mean(axis=0) - curve) ** 2))
+    planted = np.sum(
+        (fit.share.mean(axis=0) - PLANTED.sample(140) / PLANTED.sample(140).sum()) ** 2
+    )
+    assert fit.squared_residual <= planted
+
+
+@pytest.mark.parametrize(
+    ("lengths", "match"),
+    [
+        ([], "at least one antenna"),
+        ([np.ones(3)], "at least 8 lengths"),
+        (
+            [np.ones(140), np.where(np.arange(140) == 7, np.nan, 1.0)],
+            "antenna 2 has segment lengths",
+        ),
+        ([np.zeros(140)], "finite and > 0"),
+    ],
+)
+def test_bad_lengths_are_refused(lengths, match):
+    with pytest.raises(InvalidInput, match=match):
+        fit_sigmoid(lengths)

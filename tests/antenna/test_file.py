@@ -234,10 +234,8 @@ def test_a_tag_may_name_every_kind_of_source_and_no_other():
 def test_texts_end_somewhere(tmp_path, key, most):
     def write(size):
         words = {"name": "n", "note": "n"} | {key: size * "n"}
-        antenna, source = (
-            cockroach().replace(name=words["name"]),
-            Source(tag="P", note=words["note"]),
-        )
+        antenna = cockroach().replace(name=words["name"])
+        source = Source(tag="P", note=words["note"])
         (tmp_path / "a.toml").write_text(
             write_antenna(antenna, {"stiffness": source}), encoding="utf-8"
         )

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 import feeler
 from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.modes import compute_base_response
+from feeler.antenna.segments import compute_base_response
 
 ANTENNA = Antenna(
     segment_length=[2.0, 1.0, 1.5],

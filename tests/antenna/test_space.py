@@ -6,8 +6,7 @@ from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 from feeler.antenna.files import load_antenna, parse_antenna, read_antenna_file, save_antenna
-from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna, _list_frustum, find_rate
+from feeler.antenna.segments import Antenna, _list_frustum, compute_modes, find_rate
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 
@@ -101,12 +100,6 @@ def test_an_antenna_in_one_plane_is_what_it_was():
     assert antenna.flatten() is antenna
     assert "taper" not in antenna.to_plain()
     assert antenna.stiffness.shape == (140,)
-
-
-def test_plain_data_give_it_back():
-    antenna = make(3, rest_angle=np.full((3, 7), 0.1), taper=0.9)
-    assert Antenna(**antenna.to_plain()) == antenna
-    assert "in space" in repr(antenna)
 
 
 REFUSED = {

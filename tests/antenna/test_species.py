@@ -4,10 +4,13 @@ is on the page.
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import feeler
 from feeler.antenna import compute_base_response, compute_modes
-from feeler.presets import SPECIES, make_preset, read_preset
+from feeler.antenna.animals import FOLLICLE
+from feeler.antenna.segments import to_matrix
+from feeler.presets import SPECIES, cockroach, make_preset, rat_whiskers, read_preset
 
 
 def release_tip(antenna, duration):
@@ -111,3 +114,181 @@ def test_a_push_turns_the_joint_that_lies_across_it(azimuth):
     moment = np.linalg.norm(np.cross(arms, runs.contacts.force).sum(axis=0))
     held = turned[plane] + 0.668 * runs.velocity[plane, plane]
     assert held == pytest.approx(moment, rel=0.01)
+
+
+RIGHT, LEFT = rat_whiskers("right"), rat_whiskers("left")
+
+
+def put(whisker):
+    """Points (joint, 3) on the head [mm]."""
+    frame = to_matrix(whisker[1][3:])
+    return whisker[1][:3] + whisker[0].shape() @ frame.T
+
+
+def test_there_are_thirty_a_side_and_the_left_are_the_mirror_of_the_right():
+    names = [f"{row}{k}" for row, n in zip("ABCD", (5, 5, 7, 7), strict=True) for k in range(n)]
+    assert [*RIGHT] == [*LEFT] == [*names, *(f"E{k}" for k in range(1, 7))]
+    for name, one in RIGHT.items():
+        np.testing.assert_allclose(put(LEFT[name]), put(one) * [-1, 1, 1], atol=1e-9)
+
+
+def test_they_leave_the_cheek_as_their_angles_say():
+    """Towards azimuth θ from the back and elevation φ: sin θ, −cos θ, tan φ."""
+    theta, phi = 1.0263, -0.041713  # D1
+    along = to_matrix(RIGHT["D1"][1][3:])[:, 1]
+    wanted = [np.sin(theta) * np.cos(phi), -np.cos(theta) * np.cos(phi), np.sin(phi)]
+    np.testing.assert_allclose(along, wanted, atol=1e-12)
+    for one in RIGHT.values():
+        assert to_matrix(one[1][3:])[0, 1] > 0  # away from the head
+
+
+def test_a_whisker_rests_on_its_parabola():
+    """Chords of y = A x² with A 0.00885 and 45.2 mm of arc: C1."""
+    fine = rat_whiskers(n_segments=80)["C1"][0]
+    x, y, z = fine.shape().T
+    assert not z.any()
+    np.testing.assert_allclose(x, 0.00885 * y**2, atol=2e-3)
+    assert fine.length == pytest.approx(45.2)
+
+
+def test_radii_are_the_published_equations():
+    """A1: row 1, column 1, 31 mm. Where the slope would end below 1.5 µm, the tip has that (C1)."""
+    a1, c1 = (rat_whiskers(n_segments=200)[name][0] for name in ("A1", "C1"))
+    assert 2 * a1.radius[0] == pytest.approx(0.041 + 0.062 + 0.011 - 0.0039, rel=5e-3)
+    slope = (a1.radius[0] - a1.radius[-1]) / (31.0 * 199 / 200)
+    assert slope == pytest.approx(0.0012 + 0.00017 - 0.000066 + 0.00011, rel=1e-6)
+    assert 0.0015 < c1.radius[-1] < 0.0018
+
+
+def test_first_modes_are_those_of_hartmann_and_damped_alike():
+    for one in RIGHT.values():
+        modes = compute_modes(one[0], 1)
+        assert modes.damping_ratio[0] == pytest.approx(0.14)
+        assert one[0].length < 20 or 27 < 1e3 * modes.frequency[0] < 260
+
+
+@pytest.mark.long
+def test_a_whisker_on_the_head_meets_a_peg_there():
+    """Where its tip is, a peg pushes it; where another's is, none does."""
+    whisker = RIGHT["C2"]
+    base = feeler.BaseMotion(time=np.linspace(0, 30, 4), pose=np.tile(whisker[1], (4, 1)))
+    middle = put(whisker)[14]
+    across = to_matrix(whisker[1][3:])[:, 0]
+    peg = feeler.Object(
+        feature=feeler.Ball(radius=0.5),
+        place=tuple(middle + 0.2 * across),
+        forward=tuple(-across),
+        velocity=tuple(-0.05 * across),
+    )
+    simulation = feeler.Simulation(whisker[0], peg, base=base)
+    simulation.step(20.0)
+    assert simulation.force @ across < 0
+
+
+@pytest.mark.long
+def test_a_follicle_changes_what_holds_a_whisker_and_nothing_else():
+    """Clamped unless asked for; let go of, its base stands aside by force over stiffness."""
+    held = rat_whiskers("left", follicle=FOLLICLE)
+    for name, (antenna, pose) in held.items():
+        assert LEFT[name][0].follicle is None and antenna.follicle == FOLLICLE
+        assert antenna.replace(follicle=None) == LEFT[name][0]
+        np.testing.assert_array_equal(pose, LEFT[name][1])
+    gravity = np.array([2e-3, -9e-3, 4e-3])
+    runs = feeler.Simulation(held["C2"][0], gravity=tuple(gravity), timestep=0.05)
+    runs.step(400.0)
+    np.testing.assert_allclose(
+        runs.base[:3], gravity * held["C2"][0].segment_mass.sum() / 0.03, rtol=1e-6
+    )
+
+
+N = np.arange(1, 141)
+X = (N - 0.5) / 140
+
+
+def make_length():
+    """[mm]; a sigmoid of the segment's number [P form, D numbers], 42 mm together [D]."""
+    share = 0.00349 + 0.00588 / (1 + np.exp(-11.06 * (X - 0.377)))
+    return 42.0 * share / share.sum()
+
+
+def make_mass():
+    """[g]; 1.1 mg/mm³ in discs whose radius falls from 0.20 mm at the base to 0.052 mm at the tip
+    [D].
+    """
+    length = make_length()
+    middle = (np.cumsum(length) - length / 2) / 42.0
+    return 1.1e-3 * np.pi * (0.20 * (0.052 / 0.20) ** middle) ** 2 * length
+
+
+def test_segments_are_those_of_the_sources():
+    antenna = cockroach()
+    np.testing.assert_allclose(antenna.segment_length, make_length(), rtol=1e-12)
+    np.testing.assert_allclose(antenna.segment_mass, make_mass(), rtol=1e-12)
+    np.testing.assert_array_equal(antenna.radius, 0.225)  # mm [D]; constant [P]
+    np.testing.assert_array_equal(antenna.rest_angle, 0.0)
+    assert antenna.segment_length[[0, -1]] == pytest.approx([0.150, 0.393], abs=5e-4)  # mm
+    assert 1e3 * antenna.segment_mass.sum() == pytest.approx(2.009, abs=5e-4)  # mg
+    radius = np.sqrt(antenna.segment_mass / (1.1e-3 * np.pi * antenna.segment_length))
+    assert radius[[0, -1]] == pytest.approx([0.200, 0.052], abs=6e-4)  # mm
+
+
+def test_compliance_is_the_sum_of_a_geometric_series():
+    """Σ 1/k_n = (e^(140 r) − 1) / (e^r − 1) / p1 with r = 0.0827 per joint and p1 = 37.78 N·mm/rad
+    [P].
+    """
+    expected = np.expm1(140 * 0.0827) / np.expm1(0.0827) / 37.78
+    assert (
+        np.sum(1 / cockroach().stiffness)
+        == pytest.approx(expected, rel=1e-12)
+        == pytest.approx(32764.8, abs=0.1)
+    )
+
+
+def test_first_two_modes_of_rods_in_absolute_angles():
+    """Rods that turn by φ: T = ½ Σ m ẏ² + I φ̇², V = ½ Σ k (φ_n − φ_(n−1))², which needs no matrix
+    of the library's.
+    """
+    length, mass = make_length(), make_mass()
+    place = np.tril(np.ones((140, 140)), -1) * length + np.diag(
+        length / 2
+    )  # a middle's sideways way per angle
+    kinetic = place.T @ (mass[:, None] * place) + np.diag(mass * length**2 / 12)
+    bend = np.eye(140) - np.eye(140, k=-1)
+    stiffness, damping = 37.78 * np.exp(-0.0827 * (N - 1)), 25.24 * np.exp(-0.0533 * (N - 1))
+    square, shape = eigh(bend.T @ (stiffness[:, None] * bend), kinetic, subset_by_index=(0, 1))
+    ratio = np.sum(damping[:, None] * (bend @ shape) ** 2, axis=0) / (2 * np.sqrt(square))
+    modes = compute_modes(cockroach(), 2)
+    np.testing.assert_allclose(
+        modes.frequency, np.sqrt(square) / (2 * np.pi), rtol=2e-5
+    )  # rounding: k falls 1e5-fold
+    np.testing.assert_allclose(modes.damping_ratio, ratio, rtol=2e-5)
+    assert 1e3 * modes.frequency == pytest.approx([17.95, 53.62], abs=0.005)  # Hz
+    assert modes.damping_ratio == pytest.approx([0.628, 2.298], abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("profile", "stiffness", "damping", "frequency"),
+    [
+        ("linear", [0.572, 3.85e-4], [4.44, 0.0176], [22.12, 100.93]),
+        ("uniform", [0.395, 0.395], [3.17, 3.17], [21.28, 120.21]),
+        ("matched", [4.27287e-3, 4.27287e-3], [0.386198, 0.386198], [2.213, 12.502]),
+    ],
+)
+def test_controls_are_straight_lines_between_their_ends(profile, stiffness, damping, frequency):
+    """[D+C]: fitted to the same targets; Hz of the first two modes."""
+    antenna = cockroach(profile)
+    np.testing.assert_allclose(antenna.stiffness, np.linspace(*stiffness, 140), rtol=2e-6)
+    np.testing.assert_allclose(antenna.damping, np.linspace(*damping, 140), rtol=2e-6)
+    assert 1e3 * compute_modes(antenna, 2).frequency == pytest.approx(frequency, rel=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("sensors", "expected"),
+    [
+        ("even", np.round(np.linspace(1, 140, 56))),
+        ("distal", np.arange(29, 141, 2)),
+        ("all", np.arange(1, 141)),
+    ],
+)
+def test_sensors_sit_where_their_names_say(sensors, expected):
+    np.testing.assert_array_equal(cockroach(sensors=sensors).sensors, expected)

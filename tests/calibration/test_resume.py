@@ -89,41 +89,6 @@ def test_a_replay_simulates_nothing(tmp_path, method, monkeypatch):
     assert again == first.minima[0]
 
 
-def test_a_torn_line_is_dropped(tmp_path):
-    file = tmp_path / "fit.jsonl"
-    first = fit(make_problem(), checkpoint=file, max_evaluations=20)
-    whole = file.read_bytes()
-    file.write_bytes(whole[: whole.rstrip(b"\n").rfind(b"\n") + 20])
-    assert (
-        fit(make_problem(), checkpoint=file, max_evaluations=20).p.tolist() == first.p.tolist()
-    )
-    assert count(file) == len(whole.splitlines()) - 1
-    json.loads(file.read_bytes().splitlines()[-1])
-
-
-@pytest.mark.parametrize("n", [1, 5])
-def test_a_checkpoint_of_which_only_the_first_bytes_came_is_left(tmp_path, n):
-    """They might be the beginning of somebody else's file."""
-    file = tmp_path / "fit.jsonl"
-    fit(make_problem(), checkpoint=file, max_evaluations=5)
-    first_bytes = file.read_bytes()[:n]
-    file.write_bytes(first_bytes)
-    with pytest.raises(InvalidInput, match="is no journal of a fit"):
-        fit(make_problem(), checkpoint=file, max_evaluations=5)
-    assert file.read_bytes() == first_bytes
-
-
-def test_an_empty_checkpoint_is_begun_anew(tmp_path):
-    file = tmp_path / "fit.jsonl"
-    first = fit(make_problem(), checkpoint=file, max_evaluations=5)
-    whole = file.read_bytes()
-    file.write_bytes(b"")
-    assert (
-        fit(make_problem(), checkpoint=file, max_evaluations=5).p.tolist() == first.p.tolist()
-    )
-    assert file.read_bytes().splitlines()[0] == whole.splitlines()[0]
-
-
 def test_methods_and_starts_share_a_checkpoint(tmp_path):
     file = tmp_path / "fit.jsonl"
     for method in METHODS:

@@ -1,11 +1,16 @@
 """The command line: one clear message and exit code 2, never a traceback."""
 
+import io
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 import feeler
 from feeler.cli.app import main
+from feeler.progress import ProgressBar, show_progress
 
 from ._command import run
 
@@ -29,10 +34,10 @@ from ._command import run
         (("touch", "--out", "/proc/nowhere"), "check the path"),
         (("touch", "--timestep", "0"), "timestep must be finite and > 0"),
         (
-            ("compare", "linear", "constant", "--scale", "foo"),
+            ("compare", "linear", "uniform", "--scale", "foo"),
             "unknown scale 'foo'; valid: smoke, quick, published, paper",
         ),
-        (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
+        (("compare", "linear", "uniform", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
         (["design", "absent.toml"], "feeler: cannot read absent.toml: no such file"),
@@ -96,3 +101,59 @@ def test_ctrl_c_in_a_verb_that_keeps_nothing_is_answered_in_words(monkeypatch, c
     with pytest.raises(SystemExit, match="130"):
         main()
     assert "feeler: interrupted; whatever was finished" in capsys.readouterr().err
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_bar_appears_once_patience_is_over_and_one_at_a_time():
+    now = iter([0.0, 1.0, 1.0, 4.9, 4.9, 6.0, 6.0, 9.0, 9.0])
+    screen, other = Terminal(), Terminal()
+    with ProgressBar("touches", patience=5.0, stream=screen, clock=lambda: next(now)) as bar:
+        bar(1, 4)
+        bar(2, 4)
+        assert screen.getvalue() == ""
+        bar(3, 4)
+        with ProgressBar("within", stream=other) as second:
+            second(1, 2)
+        bar(4, 4)
+    assert "touches" in screen.getvalue() and "4/4" in screen.getvalue()
+    assert other.getvalue() == ""
+    with ProgressBar("after", stream=other) as third:
+        third(2, 2)
+    assert "after" in other.getvalue()
+
+
+def test_what_is_handed_in_is_called_instead():
+    seen = []
+    with show_progress(lambda *numbers: seen.append(numbers), "x") as advance:
+        advance(1, 2)
+    assert seen == [(1, 2)]
+
+
+ROOT = Path(__file__).parents[2]
+ASKED = ("reproduce", "--scale", "huge")
+REFUSED = "valid: smoke, quick, published, paper"
+
+
+@pytest.mark.parametrize(
+    ("command", "inside"),
+    [(("feeler", *ASKED), True), (("feeler", *ASKED), False), (("paper", *ASKED[1:]), True)],
+)
+def test_it_is_found_from_the_checkout_and_from_elsewhere(command, inside, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", *command, "--out", str(tmp_path / "out")],
+        cwd=ROOT if inside else tmp_path,
+        env={"PYTHONPATH": str(ROOT / "src"), "PATH": "", "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2 and REFUSED in done.stderr
+
+
+def test_the_old_name_of_the_touches_of_the_paper_still_works_and_says_so():
+    with pytest.warns(DeprecationWarning, match=r"now feeler\.presets\.paper_trials\(\)"):
+        touches = feeler.paper.trials(speeds=(0.3,))
+    assert touches == feeler.presets.paper_trials(speeds=(0.3,))

@@ -1,12 +1,11 @@
 """What is said on the command line reaches the functions that do the work, each option its own."""
 
 import importlib
-import json
 import re
 
 import numpy as np
 import pytest
-from awkward_touches import SENSORS, make_antenna, make_set
+from awkward_touches import make_set
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -14,7 +13,6 @@ import feeler
 from feeler.cli.app import app
 from feeler.comparison import EFFORTS
 from feeler.errors import InvalidInput
-from feeler.tensors.formats import save
 
 HEARD = "this is as far as it goes"
 SHAPE = ("--feature", "box", "--size", 2.2, "--location", 0.83, "--speed", 0.37)
@@ -147,44 +145,6 @@ def test_as_much_is_read_as_was_allowed(monkeypatch, tmp_path, verb, place, at):
     assert told[at].max_bytes == 2**28
 
 
-@pytest.mark.long
-def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
-    """Its own touch is shown, its places are between its sensors, and its rate is the median's."""
-    save(make_set(), tmp_path / "set.nc")
-    words = ("spikes", "--touches", tmp_path / "set.nc", "--show", 2, "--sensors", 4)
-    more = (
-        "--gain",
-        12,
-        "--seed",
-        3,
-        "--order",
-        2,
-        "--refractory",
-        0.4,
-        "--out",
-        tmp_path / "o",
-    )
-    done = CliRunner().invoke(app, [str(word) for word in (*words, *more, "--json")])
-    assert done.exit_code == 0, done.output
-    drawn, known = feeler.load(tmp_path / "o" / "spikes.nc"), json.loads(done.stdout)
-    antenna = make_antenna()
-    ends = antenna.hinge_position[[SENSORS[0] - 1, SENSORS[-1] - 1]] / antenna.length
-    np.testing.assert_allclose(drawn["unit_position"], [*np.linspace(*ends, 4)] * 2)
-    most = drawn["rate"].values.max(axis=(1, 2))
-    assert np.unique(most).size == 3 and known["greatest_rate"] == pytest.approx(
-        np.median(most)
-    )
-    counts = np.isfinite(drawn["spike_time"].values).sum(axis=(1, 2))
-    assert np.unique(counts).size > 1
-    assert known["spikes_per_touch"] == pytest.approx(counts.mean())
-    shown = json.loads((tmp_path / "o" / "spikes.json").read_text())
-    np.testing.assert_allclose(shown["rate"], drawn["rate"].values[2])
-    assert (known["touches"], known["units"], known["gain"]) == (3, 8, 12)
-    page = (tmp_path / "o" / "spikes.html").read_text()
-    assert f"{drawn['feature'].values[2]} at {drawn['location'].values[2]:.2g}" in page
-    assert drawn.attrs["spike_seed"] == 3 and "'order': 2" in drawn.attrs["firing"]
-
-
 @pytest.mark.parametrize("name", ["scene.stl", "scene"])
 def test_a_scene_is_written_as_xml_and_not_under_another_name(name, tmp_path):
     result = CliRunner().invoke(app, ["export", str(tmp_path / name)])
@@ -201,12 +161,22 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
         return antenna, 33.0
 
     monkeypatch.setattr("feeler.comparison.touch_whole", touch)
-    words = ("compare", "linear", "constant", "--speed", 0.37, "--seed", 7, "--reader", "svm")
+    words = (
+        "compare",
+        "linear",
+        "uniform",
+        "--speed",
+        0.37,
+        "--seed",
+        7,
+        "--classifier",
+        "svm",
+    )
     place = "feeler.comparison.compare_antennas"
     told = hear(monkeypatch, place, *words, "--scale", "smoke", "--out", tmp_path / "a.html")
     assert touched == [({0.37}, 7)] * 2
-    assert [*told[0]] == ["linear", "constant"] and told[1].random_state == 7
-    assert (told["reader"], told["random_state"]) == ("svm", 7)
+    assert [*told[0]] == ["linear", "uniform"] and told[1].random_state == 7
+    assert (told["classifier"], told["random_state"]) == ("svm", 7)
     assert told["plan"] == EFFORTS["smoke"].plan
 
 

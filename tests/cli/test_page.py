@@ -3,19 +3,25 @@ for before anything is computed.
 """
 
 import html
+import json
 import re
 
+import numpy as np
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from feeler import errors
+from feeler.antenna.files import load_antenna
+from feeler.calibration import fit_traces, load_traces
 from feeler.cli import app as door
-from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, _say_in_shell, list_options
+from feeler.cli.app import app
+from feeler.cli.options import _say_in_shell, list_options
 from feeler.errors import MissingDependencyError
 from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_validity_warnings
-from feeler.presets import PRESETS
+from feeler.presets import PRESETS, cockroach
 from tests.cli._command import run
+from tests.tensors._sets import judge
 
 GROUP = typer.main.get_command(door.app)
 
@@ -26,24 +32,6 @@ def list_verbs(group=GROUP, before=""):
             yield from list_verbs(verb, f"{name} ")
         else:
             yield before + name, verb
-
-
-@pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
-def test_the_summary_of_a_command_fits_a_line_of_the_help(name, verb):
-    summary = verb.get_short_help_str(999)
-    assert 10 < len(summary) <= 58 and ";" not in summary and summary.endswith(".")
-
-
-@pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
-def test_verbs_with_many_options_show_five_first(name, verb):
-    options = [p.name for p in verb.params if p.param_type_name == "option"]
-    assert set(_SHOWN_FIRST.get(name, ())) <= set(options)
-    shown = CliRunner().invoke(door.app, [*name.split(), "--help"]).output
-    many = len(options) >= _MANY_OPTIONS + 1
-    assert (len(_SHOWN_FIRST.get(name, ())) == 5) >= many
-    assert ("Options that matter first" in shown) == ("More options" in shown) >= many
-    for param in verb.params:
-        assert param.param_type_name == "argument" or shown.count(f"{param.opts[0]} ") >= 1
 
 
 @pytest.mark.parametrize(
@@ -148,3 +136,45 @@ def test_advice_of_a_contact_names_options_that_there_are(name, verb):
         assert "contact smooth:" in shown or "contact hard:" in shown, shown
         for option in re.findall(r"(feeler touch )?(--[a-z-]+)", shown):
             assert option[0] or option[1] in options.values(), (option, shown)
+
+
+def run_pages(*words):
+    found = CliRunner().invoke(app, [str(word) for word in words])
+    assert found.exit_code == 0, found.output
+    return found.output
+
+
+def read_page(path):
+    page = path.read_text(encoding="utf-8")
+    assert page.startswith("<!doctype html>")
+    asked = re.findall(r'(?:src|href)="(?!data:|#)([^"]+)"', page)
+    assert all(link.startswith("https://doi.org/") for link in asked), asked
+    assert "data:image/" in page
+    return re.sub(r"data:[^\"]+", "", page)
+
+
+@pytest.mark.long
+def test_the_fitted_antenna_is_kept_and_its_numbers_stand_in_the_page(tmp_path):
+    first = load_traces("synthetic_step")
+    rows = [f"{t},{x}" for t, x in zip(first.time, first.displacement[0], strict=True)]
+    (tmp_path / "trace.csv").write_text("\n".join(["time_ms,first", *rows]) + "\n")
+    calibrated = tmp_path / "out"
+    run_pages(
+        "calibrate",
+        "--data",
+        tmp_path / "trace.csv",
+        "--out",
+        calibrated,
+        "--session-start",
+        "2026-05-01T09:00:00+02:00",
+    )
+    assert judge(calibrated / "calibration.nwb") == []
+    expected = fit_traces(load_traces(tmp_path / "trace.csv"), cockroach())
+    antenna, plain = load_antenna(calibrated / "antenna.toml"), cockroach()
+    np.testing.assert_allclose(antenna.stiffness / plain.stiffness, expected.p[0], rtol=1e-12)
+    np.testing.assert_allclose(antenna.damping / plain.damping, expected.p[1], rtol=1e-12)
+    page = read_page(calibrated / "calibration.html")
+    for value in (*expected.p, *expected.low, *expected.high):
+        assert f"{value:.4g}" in page
+    kept = json.loads((calibrated / "calibration.json").read_text())
+    np.testing.assert_allclose(kept["p"], expected.p)

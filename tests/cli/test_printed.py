@@ -1,7 +1,10 @@
-"""What the verbs print is what the library computes, in the unit that stands beside it."""
+"""What a command prints, and what stands on its page, is what it says in JSON, in the unit beside
+it. What the JSON says is held against files in tests/relations, and against planted truths.
+"""
 
 import json
 import re
+from functools import reduce
 from importlib.resources import files
 
 import numpy as np
@@ -9,118 +12,151 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.robot import fit_factors, load_recording, repair
+from feeler.cli.choose import change_antenna
+from feeler.presets import cockroach
 from feeler.robot.description import get_example
-from feeler.tensors.formats import load
-from feeler.tracking import load_tracks, measure_exploration
+from feeler.robot.sensors import fit_sensors
 
 NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
+TRACKS = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
+KHZ, CM_S = 1e3, 1e2
+
+SAID = [
+    (
+        "touch --duration 30 --no-movie --location 0.7 --side right --out o",
+        {r"peak hinge angle #°, peak curvature # /mm": ["peak_hinge_angle", "peak_curvature"]},
+        {
+            r"angle \[°\] # peak curvature \[1/mm\] # peak force \[mN\] # penetration": [
+                *("peak_hinge_angle", "peak_curvature", "peak_force"),
+            ]
+        },
+    ),
+    (
+        f"tracks {TRACKS} --frame-rate 30 --length 50 --out o",
+        {
+            r"angular speed is # °/s; with an antenna of # mm that is # cm/s": [
+                *("mean", "length", ("lateral_speed", CM_S)),
+            ],
+            r"_xypts.csv +# \( *#\) +# \( *#\)": [
+                *("trials.0.mean_peak.0", "trials.0.n_peaks.0"),
+                *("trials.0.mean_peak.1", "trials.0.n_peaks.1"),
+            ],
+            r"standard error: left #, right # °/s": ["trials.0.error.0", "trials.0.error.1"],
+        },
+        {r"\.csv # ± # \(#\)": ["trials.0.mean_peak.0", "trials.0.error.0", "trials.0.n_peaks.0"]},
+    ),
+    (
+        "wall linear --near 5 --far 11 --steps 4 --angle 40 --out o",
+        {
+            r"linear +\d+ +\d+ +\d+ +# +# +# +# +yes +# to #": [
+                *(f"linear.{name}" for name in ("r2", "slope", "intercept", "error")),
+                *("linear.told_apart.0", "linear.told_apart.1"),
+            ]
+        },
+        {},
+    ),
+    (
+        "follow --turn -20 --speed 0.3 --target 10 --friction 0.2",
+        {
+            r"after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)": [
+                *("duration", "error", "nearest", "estimate_error", "r2"),
+            ]
+        },
+        {},
+    ),
+    (
+        f"robot fit {get_example('release')} --out o",
+        {
+            r"recording +# Hz damped, damping ratio #, a damped cosine explains #%": [
+                *(("recording.frequency", KHZ), "recording.damping_ratio"),
+                ("recording.r_squared", 100),
+            ],
+            r"p1 = #, p2 = # ms, error #": ["stiffness_factor", "damping_factor", "error"],
+        },
+        {r"p1 = #, p2 = # ms": ["stiffness_factor", "damping_factor"]},
+    ),
+]  # fmt: skip
+"""Words, and what is printed and stands on the page, with where it is in JSON and a factor."""
 
 
-def run(*words):
-    result = CliRunner().invoke(app, [str(word) for word in words])
+def run(words):
+    result = CliRunner().invoke(app, words.split())
     assert result.exit_code == 0, result.output
-    return result.output
+    return result.stdout
 
 
-def read(pattern, text):
-    return [float(number) for number in re.search(pattern.replace("#", NUMBER), text).groups()]
+def take(known, path):
+    """A number of JSON by where it is, times a factor where one is given."""
+    name, factor = path if isinstance(path, tuple) else (path, 1)
+    keys = [int(key) if key.isdigit() else key for key in name.split(".")]
+    return factor * reduce(lambda item, key: item[key], keys, known)
 
 
-def test_touch_prints_peaks_of_the_tensor_it_wrote_the_same_from_both_sides(tmp_path):
-    """Re-derived from the file, with its own units; on the page too."""
-    asked = ("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--location", 0.7)
-    told = {}
-    for side in ("left", "right"):
-        out = tmp_path / side
-        found = json.loads(run(*asked, "--side", side, "--out", out, "--json"))
-        tensors = load(out / "tensor.nc")
-        assert [tensors[name].attrs["units"] for name in ("angle", "curvature", "force")] == [
-            "rad",
-            "1/mm",
-            "N",
-        ]
-        expected = {
-            "peak_hinge_angle": 180 / np.pi * np.abs(tensors["angle"].values).max(),
-            "peak_curvature": np.abs(tensors["curvature"].values).max(),
-            "peak_force": 1e3 * np.linalg.norm(tensors["force"], axis=-1).max(),
-        }
-        assert found["units"] == {
-            "peak_hinge_angle": "deg",
-            "peak_curvature": "1/mm",
-            "peak_force": "mN",
-            "penetration_depth": "smaller radius",
-            "contact_time_constant": "ms",
-            "timestep": "ms",
-            "error": "1",
-        }
-        told[side] = [found[name] for name in expected]
-        assert told[side] == pytest.approx(list(expected.values()), rel=1e-12)
-        page = re.sub("<[^>]+>", " ", (out / "touch.html").read_text(encoding="utf-8"))
-        facts = (
-            r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+"
-            r"penetration depth \[smaller radius\]\s+#\s+contact time constant \[ms\]\s+#\s+"
-            r"timestep \[ms\]\s+#\s+its error, over the peak\s+#"
+@pytest.mark.parametrize(("words", "printed", "paged"), SAID, ids=lambda w: str(w)[:6])
+def test_a_command_prints_what_it_says_in_json(words, printed, paged, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    known = json.loads(run(f"{words} --json"))
+    texts = [(run(words), printed)]
+    for page in tmp_path.glob("o/*.html"):
+        shown = re.sub("<[^>]+>", " ", page.read_text(encoding="utf-8"))
+        texts.append((" ".join(shown.split()), paged))
+    assert len(texts) == 2 or not paged
+    for text, patterns in texts:
+        for pattern, paths in patterns.items():
+            found = re.search(pattern.replace("#", NUMBER), text)
+            assert found, pattern
+            wanted = [take(known, path) for path in paths]
+            for number, value in zip(found.groups(), wanted, strict=True):
+                digits = len(re.sub(r"e.*|^-?0\.0*|\D", "", number))
+                assert float(number) == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))
+
+
+def test_a_sensor_report_is_in_degrees_and_degrees_a_minute():
+    rng = np.random.default_rng(3)
+    hinge, level = np.repeat([1, 2], 15), np.tile(np.repeat([-0.35, -0.1, 0.0, 0.2, 0.4], 3), 2)
+    readings = 5 + 3 * level * hinge + 0.1 * rng.standard_normal(30)
+    fit = fit_sensors(hinge, level, readings, time=rng.permutation(30) * 7e3)
+    head, *rows = fit.report().splitlines()
+    assert "°/pF" in head and "resolution °" in head and head.endswith("drift °/min")
+    for k, row in enumerate(rows):
+        _, slope, r2, *errors, drift = map(float, row.split())
+        assert (slope, r2) == pytest.approx(
+            (np.rad2deg(fit.slope[k]), fit.r_squared[k]), rel=6e-3
         )
-        depth, error = (float(tensors[name].max()) for name in ("sink", "error"))
-        shown = [*told[side], depth, 0.2, 0.05, error]
-        assert read(facts, page) == pytest.approx(shown, rel=1e-3)
-    assert told["right"] == pytest.approx(told["left"], rel=1e-6)
-    said = run(*asked, "--side", "right", "--out", tmp_path / "right")
-    printed = read(r"peak hinge angle #°, peak curvature # /mm", said)
-    assert printed == pytest.approx(told["left"][:2], rel=5e-3)
+        own = (fit.residual[k], fit.cross_validated[k], fit.resolution[k])
+        assert errors == pytest.approx(np.rad2deg(own).tolist(), abs=6e-4)
+        assert drift == pytest.approx(np.rad2deg(fit.drift[k]) * 60_000, rel=6e-3)
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_spikes_prints_what_the_file_that_it_wrote_holds(tmp_path, side):
-    asked = ("spikes", "--rate", 200, "--side", side, "--location", 0.6, "--speed", 0.6)
-    found = json.loads(run(*asked, "--out", tmp_path, "--json"))
-    drawn = load(tmp_path / "spikes.nc")
-    times = drawn["spike_time"].transpose("trial", "unit", "event").values
-    silent = np.isnan(times)
-    assert drawn["spike_time"].attrs["units"] == "ms" and drawn["rate"].attrs["units"] == "Hz"
-    assert found["unit"] == {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
-    assert found["units"] == times.shape[1] and found["touches"] == len(times)
-    assert found["units_that_fire"] == pytest.approx(1 - silent.all(axis=2).mean())
-    assert found["spikes_per_touch"] == pytest.approx((~silent).sum() / len(times))
-    rates = drawn["rate"].transpose("trial", "unit", "time").values
-    assert found["greatest_rate"] == pytest.approx(np.median(rates.max(axis=(1, 2))))
-    assert found["greatest_rate"] == pytest.approx(200, rel=1e-6)
-    assert drawn["side"].item() == side
-    # the units of the side to which the object bends the antenna fire most
-    own = drawn["unit_side"].values == (1 if side == "left" else -1)
-    counts = (~silent).sum(axis=2)[0]
-    assert counts[own].sum() > 2 * counts[~own].sum()
+def test_info_prints_an_antenna_in_millimetres_milligrams_and_newton_millimetres(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    run("antenna a.toml")
+    said, antenna = run("info a.toml"), cockroach()
+    patterns = {
+        "segments +#, # mm, # mg": [140, antenna.length, 1e3 * antenna.segment_mass.sum()],
+        r"stiffness +# \(base\) … # \(tip\) N·mm/rad": antenna.stiffness[[0, -1]],
+        r"damping +# \(base\) … # \(tip\) N·mm·ms/rad": antenna.damping[[0, -1]],
+    }
+    for pattern, wanted in patterns.items():
+        found = re.search(pattern.replace("#", NUMBER), said).groups()
+        assert [float(number) for number in found] == pytest.approx([*wanted], rel=1e-5)
 
 
-def test_tracks_prints_degrees_per_second_and_centimetres_per_second():
-    path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
-    found = measure_exploration([load_tracks(path, frame_rate=30)])
-    said = run("tracks", path, "--frame-rate", 30, "--length", 50)
-    mean, length, lateral = read(
-        r"angular speed is # °/s; with an antenna of # mm that is # cm/s", said
-    )
-    assert mean == pytest.approx(1e3 * 180 / np.pi * found.mean, abs=0.006)  # rad/ms
-    assert length == 50
-    assert lateral == pytest.approx(mean * np.pi / 180 * 50 / 10, rel=1e-3)  # rad/s × mm
-    left, n_left, right, n_right = read(rf"{path.name} +# \( *#\) +# \( *#\)", said)
-    assert (left, right) == pytest.approx(1e3 * 180 / np.pi * found.mean_peak[0], abs=0.006)
-    assert (n_left, n_right) == tuple(found.n_peaks[0])
-    errors = read(r"standard error: left #, right # °/s", said)
-    assert errors == pytest.approx(1e3 * 180 / np.pi * found.error[0], rel=0.06)
-
-
-def test_robot_fit_prints_hertz():
-    path = get_example("release")
-    found = fit_factors(repair(load_recording(path)))
-    said = run("robot", "fit", path)
-    for name, ringing in (("recording", found.target), ("model", found.reached)):
-        frequency, ratio, share = read(
-            rf"{name} +# Hz damped, damping ratio #, a damped cosine explains #%", said
-        )
-        assert share == pytest.approx(100 * ringing.r_squared, abs=0.06)
-        assert frequency == pytest.approx(1e3 * ringing.frequency, abs=6e-4)  # kHz
-        assert ratio == pytest.approx(ringing.damping_ratio, abs=6e-5)
-    p1, p2, error, count = read("p1 = #, p2 = # ms, error #, # evaluations", said)
-    assert (p1, p2) == pytest.approx((found.stiffness_factor, found.damping_factor), abs=6e-5)
-    assert (error, count) == (pytest.approx(found.error, rel=0.05), found.n_evaluations)
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ("stiffness=2", "stiffness"),
+        ("damping=2", "damping"),
+        ("cockroach.mass=2", "segment_mass"),
+        ("length=2", "segment_length"),
+        ("radius=2", "radius"),
+    ],
+)
+def test_set_scales_one_quantity_alone(change, field):
+    antenna = cockroach()
+    changed = change_antenna(antenna, [change])
+    for name in ("stiffness", "damping", "segment_mass", "segment_length", "radius"):
+        factor = 2.0 if name == field else 1.0
+        np.testing.assert_allclose(getattr(changed, name), getattr(antenna, name) * factor)

@@ -65,12 +65,10 @@ TOGETHER = "".join(NAMES[:-1]), NAMES[-1]
 @pytest.mark.parametrize("name", TOGETHER)
 def test_no_command_hands_on_what_a_name_says_to_the_terminal(name, call, tmp_path):
     """In errors and in success."""
-    toml, table, made, release = (
-        f"b{name}.toml",
-        f"t{name}.csv",
-        f"m{name}.toml",
-        f"r{name}.csv",
-    )
+    toml = f"b{name}.toml"
+    table = f"t{name}.csv"
+    made = f"m{name}.toml"
+    release = f"r{name}.csv"
     (tmp_path / toml).write_text("x = 1\n")
     (tmp_path / table).write_text("time_ms,hinge1_deg\n0,1\n1,2\n")
     (tmp_path / release).write_bytes(get_example("release").read_bytes())

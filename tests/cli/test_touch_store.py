@@ -3,7 +3,6 @@ where it is stopped.
 """
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -148,15 +147,6 @@ def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
     assert "Traceback" not in err
     wait_for(lambda: list_session(process.pid) == [])
     assert load(tmp_path / "set.zarr").sizes["trial"] == len(find_finished(tmp_path)) < N_SLOW
-
-
-@pytest.mark.slow
-def test_a_killed_command_leaves_no_orphans(tmp_path):
-    process = start(*SLOW, "--processes", cwd=tmp_path)
-    wait_for(lambda: find_finished(tmp_path))
-    os.kill(process.pid, signal.SIGKILL)
-    process.communicate(timeout=60)
-    wait_for(lambda: list_session(process.pid) == [])
 
 
 @pytest.mark.parametrize("workers", [[], ["--processes"]], ids=["threads", "processes"])

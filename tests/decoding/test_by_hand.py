@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.special import log_softmax
 
-from feeler.decoding.classifiers import PrincipalComponents, share_kept
-from feeler.decoding.streams import OnsetFinder, StreamDecoder, measure_early_accuracy
+from feeler.decoding.classifiers import PrincipalComponents
+from feeler.decoding.streams import OnsetFinder, StreamDecoder
 from feeler.decoding.sweeps import Sweep
 from feeler.decoding.transfer import TEMPERATURES, TransferClassifier, align, score_transfer
 from feeler.errors import InvalidInput
@@ -74,11 +74,9 @@ def test_the_level_of_long_rest_forgets_what_was_300_samples_ago():
 
 def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
     confusion = np.zeros((3, 2, 2))
-    confusion[0], confusion[1], confusion[2] = (
-        [[9, 0], [0, 9]],
-        [[6, 2], [1, 3]],
-        [[2, 6], [4, 0]],
-    )
+    confusion[0] = [[9, 0], [0, 9]]
+    confusion[1] = [[6, 2], [1, 3]]
+    confusion[2] = [[2, 6], [4, 0]]
     sweep = make_sweep(
         np.zeros((3, 1)), ratios=(0.0, 0.1, 0.2), n_classes=2, confusion=confusion
     )
@@ -91,95 +89,6 @@ def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
     np.testing.assert_array_equal(
         np.isnan(sweep.recall), [[False, False], [False, True], [False, False]]
     )
-
-
-def test_kept_variance_is_a_share_about_the_set_s_own_mean():
-    rng = np.random.default_rng(0)
-    train, other = rng.normal(size=(2, 40, 6)) * [5, 3, 1, 1, 1, 1]
-    found = PrincipalComponents(2).fit(train)
-    _, _, axes = np.linalg.svd(train - train.mean(axis=0))
-    centred = other - other.mean(axis=0)
-    assert share_kept(other, found.components_) == pytest.approx(
-        np.sum((centred @ axes[:2].T) ** 2) / np.sum(centred**2)
-    )
-    np.testing.assert_allclose(
-        np.abs(found.transform(other)), np.abs((other - train.mean(axis=0)) @ axes[:2].T)
-    )
-    np.testing.assert_allclose(
-        found.explained_variance_,
-        np.var((train - train.mean(axis=0)) @ axes[:2].T, axis=0, ddof=1),
-    )
-    assert np.isnan(share_kept(np.ones((3, 6)), found.components_))
-
-
-def test_answers_in_time_are_counted_by_hand():
-    """Two touches that are noticed, one of them decided wrongly at the second moment, and one that
-    is not noticed.
-    """
-
-    def state(since, label, probability):
-        return SimpleNamespace(since_contact=since, label=label, probability=probability)
-
-    replays = {
-        "one": [
-            state(-1, None, 0.0),
-            state(0, "a", 0.5),
-            state(1, "a", 0.8),
-            state(2, "a", 0.9),
-        ],
-        "two": [state(0, "b", 0.4), state(1, "c", 0.95)],
-        "three": [state(-1, None, 0.0)],
-    }
-    decoder = SimpleNamespace(replay=replays.__getitem__, threshold=0.8)
-    found = measure_early_accuracy(decoder, list(replays), ["a", "b", "a"], [0, 1, 9])
-    np.testing.assert_allclose(found.accuracy, [2 / 3, 1 / 3, 1 / 3])
-    np.testing.assert_allclose(found.decided, [0, 2 / 3, 2 / 3])
-    np.testing.assert_allclose(found.decided_right, [np.nan, 0.5, 0.5])
-    assert found.noticed == pytest.approx(2 / 3)
-    np.testing.assert_array_equal(found.since_contact, [0, 1, 9])
-
-
-def make_touches(spread=0.0, seed=0, n_each=1):
-    rng, time = np.random.default_rng(seed), np.maximum(np.arange(160) - 30.0, 0.0)
-    shapes = [np.stack([0.02 * time, (-1) ** k * 0.002 * time]) for k in range(2)]
-    touches = [shape * (1 + spread * rng.normal()) for shape in shapes for _ in range(n_each)]
-    return touches, [
-        label for label in (("a", 0.5, 0.1), ("b", 0.5, 0.1)) for _ in range(n_each)
-    ]
-
-
-def test_evidence_is_summed_over_lags_by_bayes():
-    """Every lag is as likely: p(class) ∝ Σ_lag p(seen | class, lag), with σ² = floor² + (5 % of the
-    peak)².
-    """
-    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=2, lag_step=2).fit(
-        *make_touches()
-    )
-    touch = make_touches(spread=0.05, seed=4)[0][1]
-    stream = decoder.start()
-    states = [stream.update(sample) for sample in touch.T]
-    onset = next(k for k, state in enumerate(states) if state.since_contact == 0)
-    seen = touch[:, onset : onset + 40] - stream.finder.level[:, None]
-    log = np.zeros((2, 3))
-    for c in range(2):
-        variance = (0.05 * np.abs(decoder.expected_[c]).max()) ** 2 + 0.004**2
-        for k, lag in enumerate((0, 2, 4)):
-            error = seen - decoder.expected_[c][:, lag : lag + 40]
-            log[c, k] = np.sum(-0.5 * error**2 / variance - 0.5 * np.log(variance)) / 20.0
-    weight = np.exp(log - log.max()).sum(axis=1)
-    np.testing.assert_allclose(states[onset + 39].posterior, weight / weight.sum(), rtol=1e-6)
-
-
-def test_several_touches_of_a_class_give_its_mean_and_spread():
-    touches, labels = make_touches(spread=0.1, n_each=5)
-    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=0, lag_step=1).fit(
-        touches, labels
-    )
-    cut = np.array([decoder._cut(touch) for touch in touches[:5]])
-    np.testing.assert_allclose(decoder.expected_[0], cut.mean(axis=0))
-    variance = cut.var(axis=0) + (0.05 * np.abs(cut.mean(axis=0)).max()) ** 2 + 0.004**2
-    np.testing.assert_allclose(decoder.weight_[0], 1 / (2 * variance * 20.0))
-    np.testing.assert_allclose(decoder.constant_[0], -0.5 * np.log(variance).sum(axis=0) / 20.0)
 
 
 @pytest.mark.parametrize(("since", "known"), [(-1, False), (0, True), (5, True)])

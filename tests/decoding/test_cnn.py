@@ -85,19 +85,6 @@ def test_touches_are_learned_and_equal_seeds_give_equal_weights():
     np.testing.assert_allclose(models[0].predict_proba(X).sum(axis=1), 1, atol=1e-5)
 
 
-def test_the_unit_of_angles_changes_no_weight():
-    """64 times as large is the same number with another exponent."""
-    pytest.importorskip("torch")
-    X, y = make_touches()
-    plain, large = (
-        TouchNetwork(**QUICK | {"max_epochs": 1}, random_state=1).fit(factor * X, y)
-        for factor in (1, 64)
-    )
-    np.testing.assert_array_equal(
-        *(m.network_[0].weight.detach().cpu().numpy() for m in (plain, large))
-    )
-
-
 def test_training_stops_on_the_validation_part_and_keeps_its_best():
     pytest.importorskip("torch")
     X, y = make_touches()

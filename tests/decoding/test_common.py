@@ -15,25 +15,25 @@ from sklearn.utils import get_tags
 from sklearn.utils.estimator_checks import parametrize_with_checks
 from sklearn.utils.parallel import Parallel, delayed
 
-from feeler.decoding import READERS, PrincipalComponents, StreamDecoder, make_lda, make_svm
+from feeler.decoding import CLASSIFIERS, PrincipalComponents, StreamDecoder, make_lda, make_svm
 from feeler.decoding.network import TouchNetwork
 from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF, Flatten
 
 FLAT = [PrincipalComponents(2), make_lda(None), make_svm(None), make_lda(2), make_svm(2)]
-CLASSIFIERS = {
+ESTIMATORS = {
     "lda": make_lda(),
     "svm": make_svm(),
     "cnn": TouchNetwork((12, 30), max_epochs=2),
-    "templates": READERS["templates"](noise="common:0.1"),
-    "ideal": READERS["ideal"](noise="common:0.1"),
+    "templates": CLASSIFIERS["templates"](noise="common:0.1"),
+    "ideal": CLASSIFIERS["ideal"](noise="common:0.1"),
     "stream": StreamDecoder(window=8, max_lag=2),
     "transfer": TransferClassifier(2, 0.01),
     "student": StudentTClassifier(step=5),
 }
 ENCODER = ConvolutiveNMF(2, 5, n_restarts=2, max_iter=6, random_state=0, warn=False)
-ALL = CLASSIFIERS | {"encoder": ENCODER, "flatten": Flatten()}
+ALL = ESTIMATORS | {"encoder": ENCODER, "flatten": Flatten()}
 
 # of scikit-learn's checks those that need no table; all others fit an array (sample, feature)
 WITHOUT_DATA = (
@@ -51,10 +51,8 @@ WITHOUT_DATA = (
 
 def list_known(estimator):
     """What scikit-learn says of its own Pipeline (PER_ESTIMATOR_XFAIL_CHECKS)."""
-    words, names = (
-        "a pipeline fits the steps it was given",
-        ("dont_overwrite_parameters", "estimators_overwrite_params"),
-    )
+    words = "a pipeline fits the steps it was given"
+    names = ("dont_overwrite_parameters", "estimators_overwrite_params")
     return {f"check_{check}": words for check in names} if hasattr(estimator, "steps") else {}
 
 
@@ -111,32 +109,32 @@ def test_a_fit_has_the_state_that_users_rely_on(name, data):
 @pytest.mark.parametrize("name", CLASSIFIERS)
 def test_a_classifier_works_in_scikit_learn_s_own_tools(name, data):
     X, y = data
-    reader = clone(CLASSIFIERS[name]).fit(X, y)
-    assert (reader.classes_ == ["a", "b", "c"]).all()
-    assert reader.predict(X).shape == y.shape
-    assert name == "cnn" or (reader.predict(X) == y).mean() > 0.9
-    chance = reader.predict_proba(X)
+    classifier = clone(ESTIMATORS[name]).fit(X, y)
+    assert (classifier.classes_ == ["a", "b", "c"]).all()
+    assert classifier.predict(X).shape == y.shape
+    assert name == "cnn" or (classifier.predict(X) == y).mean() > 0.9
+    chance = classifier.predict_proba(X)
     assert chance.shape == (24, 3)
     np.testing.assert_allclose(chance.sum(axis=1), 1, rtol=1e-5)
     weights = np.arange(24.0)
-    expected = np.average(reader.predict(X) == y, weights=weights)
-    assert reader.score(X, y, sample_weight=weights) == pytest.approx(expected)
-    found = cross_val_predict(clone(reader), X, y, cv=2, method="predict_proba")
+    expected = np.average(classifier.predict(X) == y, weights=weights)
+    assert classifier.score(X, y, sample_weight=weights) == pytest.approx(expected)
+    found = cross_val_predict(clone(classifier), X, y, cv=2, method="predict_proba")
     assert found.shape == (24, 3)
     if name == "cnn":
         return
-    assert cross_val_score(clone(reader), X, y, cv=3, error_score="raise").min() > 0.9
-    numbers = clone(reader).fit(X, np.tile([4, 7, 9], 8))
+    assert cross_val_score(clone(classifier), X, y, cv=3, error_score="raise").min() > 0.9
+    numbers = clone(classifier).fit(X, np.tile([4, 7, 9], 8))
     assert numbers.predict(X).dtype.kind == "i"
     with pytest.raises(ValueError, match=r"class|label|clouds"):
-        clone(reader).fit(X, np.repeat("a", 24))
+        clone(classifier).fit(X, np.repeat("a", 24))
     with pytest.raises(ValueError, match=r"label|inconsistent|samples"):
-        clone(reader).fit(X, y[:5])
+        clone(classifier).fit(X, y[:5])
 
 
 def test_classifiers_vote_and_stack(data):
     X, y = data
-    several = [(name, clone(CLASSIFIERS[name])) for name in ("lda", "templates", "student")]
+    several = [(name, clone(ESTIMATORS[name])) for name in ("lda", "templates", "student")]
     vote = VotingClassifier(several, voting="soft").fit(X, y)
     assert vote.score(X, y) > 0.9
     stack = StackingClassifier(several[:2], make_lda(None), cv=2).fit(X, y)
@@ -170,7 +168,9 @@ def test_single_precision_stays_single(data):
     double = clone(ENCODER).fit(X)
     # the extrapolated steps amplify rounding (1e-7 after two of them, 4e-4 after four)
     np.testing.assert_allclose(encoder.components_, double.components_, atol=2e-3)
-    np.testing.assert_allclose(encoder.reconstruction_err_, double.reconstruction_err_, rtol=1e-3)
+    np.testing.assert_allclose(
+        encoder.reconstruction_err_, double.reconstruction_err_, rtol=1e-3
+    )
 
 
 def test_n_jobs_counts_as_scikit_learn_s_and_changes_no_number(data):
@@ -186,6 +186,6 @@ def test_n_jobs_counts_as_scikit_learn_s_and_changes_no_number(data):
 @pytest.mark.parametrize("make", [make_lda, make_svm])
 def test_a_small_set_gets_as_many_components_as_it_can_give(make, data):
     X, y = data
-    reader = make(30).fit(X[:9], y[:9])
-    assert len(reader[0].components_) <= 8
-    assert reader.score(X, y) > 0.9
+    classifier = make(30).fit(X[:9], y[:9])
+    assert len(classifier[0].components_) <= 8
+    assert classifier.score(X, y) > 0.9

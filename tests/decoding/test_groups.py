@@ -37,7 +37,7 @@ def make_set(seed, speeds=(FAST, SLOW)):
     )
 
 
-SETS = {"exponential": make_set(0), "constant": make_set(1), "linear": make_set(2, (SLOW,))}
+SETS = {"exponential": make_set(0), "uniform": make_set(1), "linear": make_set(2, (SLOW,))}
 PEAK = max(float(data.angle.max()) for data in SETS.values())
 
 
@@ -68,11 +68,11 @@ def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_
     listed = list_groups(SETS)
     assert {kind: list(groups) for kind, groups in listed.items()} == {
         "speed": ["0.06 m/s", "0.6 m/s"],
-        "profile": ["exponential", "constant", "linear"],
+        "profile": ["exponential", "uniform", "linear"],
     }
     expected = {
         "speed": [pick("exponential", 3, 2), pick("exponential", 1, 0)],
-        "profile": [pick("exponential", 3, 2), pick("constant", 3, 2), pick("linear", 1, 0)],
+        "profile": [pick("exponential", 3, 2), pick("uniform", 3, 2), pick("linear", 1, 0)],
     }
     for kind, groups in listed.items():
         for (array, labels), tensors in zip(groups.values(), expected[kind], strict=True):
@@ -83,14 +83,12 @@ def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_
 def test_a_comparison_of_one_is_left_out_and_a_reference_must_be_there():
     assert list(list_groups({"exponential": SETS["exponential"]})) == ["speed"]
     assert list(
-        list_groups(
-            {"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear"
-        )
+        list_groups({"linear": SETS["linear"], "uniform": SETS["uniform"]}, reference="linear")
     ) == ["profile"]
     with pytest.raises(
-        InvalidInput, match="no tensors of the reference antenna 'linear'; given: constant"
+        InvalidInput, match="no tensors of the reference antenna 'linear'; given: uniform"
     ):
-        list_groups({"constant": SETS["constant"]}, reference="linear")
+        list_groups({"uniform": SETS["uniform"]}, reference="linear")
 
 
 def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_once():
@@ -105,7 +103,7 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
     ]  # both speeds together: 4 touches
     assert (
         len(nulls) == 4
-    )  # slow, fast, constant, linear: the slow ones stand in both comparisons
+    )  # slow, fast, uniform, linear: the slow ones stand in both comparisons
     assert {fit[1] for fit in Noting.fits if fit[2] == 100} == {PLAN.n_restarts}
     assert {fit[1] for fit in nulls} == {PLAN.null_restarts}
     for kind, found in groups.items():
@@ -134,23 +132,6 @@ def make_positive(seed, **labels):
     made = make_set(seed)
     made["angle"] = abs(made["angle"]) + 0.1
     return made.assign_coords({name: ("trial", [value] * 4) for name, value in labels.items()})
-
-
-@pytest.mark.parametrize("rows", [[0, 1, 2, 3], [1, 2], [3]])
-def test_groups_of_touches_from_the_right_are_those_of_their_mirror_images(rows):
-    sets = {"exponential": make_positive(0), "constant": make_positive(1)}
-    mirrored = {}
-    for name, data in sets.items():
-        sides = np.array(["right" if k in rows else "left" for k in range(4)])
-        sign = xr.where(xr.DataArray(sides, dims="trial") == "right", -1.0, 1.0)
-        mirrored[name] = data.assign(angle=sign * data["angle"]).assign_coords(
-            side=("trial", sides)
-        )
-    expected, found = list_groups(sets), list_groups(mirrored)
-    for kind, groups in expected.items():
-        for name, (array, labels) in groups.items():
-            np.testing.assert_array_equal(found[kind][name][0], array)
-            np.testing.assert_array_equal(found[kind][name][1], labels)
 
 
 @pytest.mark.parametrize("labels", [{"side": ""}, {"azimuth": 180.0}])

@@ -2,16 +2,12 @@
 nonsense.
 """
 
-import sys
-from types import SimpleNamespace
-from typing import ClassVar
-
 import numpy as np
 import pytest
 
 from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.errors import InvalidInput
-from feeler.robot.stream import Link, _parse_sample, open_serial, read_samples
+from feeler.robot.stream import Link, _parse_sample, read_samples
 from feeler.tensors.formats import describe_file, find_problems
 from feeler.tensors.models import _read_model, save_model
 
@@ -48,13 +44,6 @@ def test_answer_is_unsure_first_then_right(k):
     assert states[-1].label == LABELS[k] and states[-1].probability > 0.99
     first = states[seen.index("unsure")]
     assert first.probability < 0.6 and first.since_contact == 0
-
-
-def test_posterior_is_a_distribution_and_starts_even():
-    states = _decoder().replay(TOUCHES[0])
-    for state in states:
-        assert state.posterior.sum() == pytest.approx(1.0) and np.all(state.posterior >= 0)
-    np.testing.assert_allclose(states[0].posterior, 1 / 3)
 
 
 def test_a_saved_decoder_answers_with_the_same_bits(tmp_path):
@@ -293,21 +282,6 @@ def test_lines_of_samples(line, time, values):
     np.testing.assert_array_equal(got, values)
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("1,2", "got 2 in"),
-        ("1,2,3,4,5", "got 5 in"),
-        ("1,2,x", "must be numbers"),
-        ("1,2,1_0", "must be numbers"),
-        ("9" * 5000, "no sample"),
-    ],
-)
-def test_bad_lines(line, message):
-    with pytest.raises(InvalidInput, match=message):
-        _parse_sample(line, 3)
-
-
 def test_header_notes_and_blank_lines_are_passed_over():
     lines = ["# robot: A\n", "time_ms,hinge1_rad,hinge2_rad\n", "\n", "0,1,2\n", b"1,3,nan\n"]
     samples = list(read_samples(lines, 2))
@@ -373,64 +347,6 @@ def test_a_decoder_with_a_model_is_not_fitted():
         StreamDecoder(model=lambda tensor: [1.0, 0.0]).fit([np.zeros((1, 5))], [("a",)])
 
 
-def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
-    asked = {}
-
-    class Port:
-        pieces: ClassVar[list[bytes]] = [b"1,2\n3", b",4\n", b""]
-        in_waiting = 0
-
-        def __init__(self, port, baudrate, timeout):
-            asked.update(port=port, baudrate=baudrate, timeout=timeout)
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            asked["closed"] = True
-
-        def read(self, most):
-            return self.pieces.pop(0)
-
-    monkeypatch.setitem(
-        sys.modules,
-        "serial",
-        SimpleNamespace(Serial=Port, SerialException=OSError, __spec__="there"),
-    )
-    assert list(open_serial("/dev/robot")) == [b"1,2\n", b"3,4\n"]
-    assert asked == {
-        "port": "/dev/robot",
-        "baudrate": 115_200,
-        "timeout": 2.0,
-        "closed": True,
-    }  # s
-
-
-@pytest.mark.parametrize(("step", "jitter"), [(2.0, 0.0), (2.4, 0.2), (1.5, 0.1), (5.0, 0.3)])
-def test_a_slower_sender_loses_nothing_and_is_understood_as_a_faster_one(step, jitter):
-    """It sends the same touch less often; the answer and its time are those of every sample."""
-    rng, decoder = np.random.default_rng(3), _decoder()
-    touch = TOUCHES[1]
-    time = np.arange(0.0, 299.0, step)
-    time[1:] += rng.uniform(-jitter, jitter, time.size - 1)
-    sent = np.array([np.interp(time, np.arange(300.0), row) for row in touch])
-    stream = decoder.start()
-    states = [stream.update(sent[:, k], 123e3 + time[k]) for k in range(time.size)]
-    assert stream.missed == 0
-    whole = decoder.replay(touch)
-    same = whole[states[-1].sample]
-    assert states[-1].label == same.label
-    assert abs(states[-1].since_contact - same.since_contact) <= 1 + step / 2
-    at = [state.since_contact for state in states if state.probability > 0.8]
-    expected = [state.since_contact for state in whole if state.probability > 0.8]
-    assert abs(at[0] - expected[0]) <= 2 * step + 2
-    lost = np.arange(20, time.size - 20, 10)
-    stream = decoder.start()
-    for k in sorted({*range(time.size)} - {*lost.tolist()}):
-        stream.update(sent[:, k], time[k])
-    assert stream.missed == lost.size
-
-
 LENGTHS = (3.0, 2.0, 1.0)
 
 
@@ -473,15 +389,6 @@ def test_evidence_counts_anew_once_the_first_deflection_is_to_the_other_side():
     np.testing.assert_allclose(again.posterior, states[-1].posterior, rtol=1e-9)
     stream.reset()
     assert stream.update(np.zeros(3)).mirrored is False
-
-
-def test_a_stream_of_two_touches_judges_each_by_its_own_side():
-    stream = sides().start()
-    for sign in (-1, 1):
-        for sample in sign * _touch(2).T:
-            state = stream.update(sample)
-        assert state.label == LABELS[2] and state.mirrored == (sign < 0)
-        stream.reset()
 
 
 def test_lengths_are_kept_in_a_file_and_must_fit(tmp_path):

@@ -23,7 +23,6 @@ from feeler.decoding import (
     sweeps,
 )
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.objects import Nuisances
 from feeler.objects.shapes import Ball
 from feeler.objects.trials import Trial
 
@@ -225,35 +224,6 @@ def jitter(**by):
 
 def simulate_bumps(trials):
     return make_bumps(places=[100 * trial.location for trial in trials])
-
-
-def test_jittered_trials_stay_near_and_keep_the_rest():
-    trials = make_trials()
-    by = Nuisances.only(location=0.05, speed=0.1)
-    jittered = by.jitter(trials, np.random.default_rng(0), 50)
-    assert len(jittered) == 150
-    shift = np.array(
-        [j.location - t.location for j, t in zip(jittered, trials * 50, strict=True)]
-    )
-    change = np.array(
-        [j.speed / t.speed - 1 for j, t in zip(jittered, trials * 50, strict=True)]
-    )
-    assert 0.045 < np.abs(shift).max() <= 0.05 and 0.09 < np.abs(change).max() <= 0.1
-    assert all(j.feature == Ball(radius=1.5) for j in jittered)
-
-
-def test_what_is_not_asked_for_does_not_jitter():
-    trials, rng = make_trials(), np.random.default_rng(0)
-    moved, hurried = (
-        Nuisances.only(location=0.02).jitter(trials, rng),
-        Nuisances.only(speed=0.1).jitter(trials, rng),
-    )
-    assert {t.speed for t in moved} == {0.06} and [t.location for t in moved] != [
-        t.location for t in trials
-    ]
-    assert [t.location for t in hurried] == [t.location for t in trials] and 0.06 not in {
-        t.speed for t in hurried
-    }
 
 
 @pytest.mark.parametrize(("jitter", "right"), [(0.01, True), (0.9, False)])

@@ -8,7 +8,6 @@ from feeler.decoding.transfer import (
     NO_CONTACT,
     TransferClassifier,
     TransferScore,
-    _add_noisy_copies,
     align,
     find_first_peak,
     score_transfer,
@@ -62,16 +61,6 @@ def test_touches_without_contact_are_kept_apart():
     aligned = align(touches, [touch[0] for touch in touches], before=50, after=50)
     assert np.isfinite(aligned[0]).all()
     assert np.isnan(aligned[1]).all()
-
-
-def test_noise_is_a_share_of_each_tensors_own_maximum():
-    tensors = np.stack([np.full((4, 500), 0.1), np.full((4, 500), -5.0)])
-    copies, index = _add_noisy_copies(tensors, 10, 0.2, np.random.default_rng(0))
-    assert copies.shape == (20, 4, 500)
-    np.testing.assert_array_equal(np.bincount(index), [10, 10])
-    spread = (copies - tensors[index]).std(axis=(1, 2))
-    np.testing.assert_allclose(spread[:10], 0.02, rtol=0.1)
-    np.testing.assert_allclose(spread[10:], 1.0, rtol=0.1)
 
 
 def test_classes_learned_are_told_apart():

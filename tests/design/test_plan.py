@@ -10,21 +10,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import feeler
 from feeler.cli.app import app
 from feeler.design import load_plan
 from feeler.design import plan as outcome
-from feeler.design.page import _plot_answers, _plot_designs
 from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.design.scoring import DesignTask
 from feeler.design.search import (
     Constraints,
     DesignProblem,
     Space,
-    _check_task,
     optimise,
 )
 from feeler.errors import InvalidInput
@@ -191,41 +188,6 @@ def test_the_verb_writes_a_page_and_goes_on(again, monkeypatch):
     )
 
 
-def test_the_pictures_of_a_design_are_in_their_units(made):
-    _, found = made
-    _plot_designs(found, figure := Figure())
-    axes = figure.axes
-    assert [ax.get_ylabel() for ax in axes] == [
-        "stiffness [N·mm/rad]",
-        "damping [N·mm·ms/rad]",
-        "damping ratio",
-        "missing bits",
-    ]
-    antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
-    whole = [line for line in axes[0].lines if line.get_linestyle() == "-"]
-    for stiff, damp, ratio, antenna in zip(
-        whole, axes[1].lines, axes[2].lines, antennas, strict=True
-    ):
-        place = antenna.hinge_position / antenna.length
-        np.testing.assert_allclose(
-            [*stiff.get_data(), *damp.get_data()],
-            [place, antenna.stiffness, place, antenna.damping],
-        )
-        np.testing.assert_allclose(
-            ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio
-        )
-    _plot_answers(found, figure := Figure())
-    for ax, one, name in zip(
-        figure.axes,
-        (found.reference_final, found.final),
-        ("reference", "design 1"),
-        strict=False,
-    ):
-        assert ax.get_title() == f"{name}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong"
-        np.testing.assert_array_equal(ax.images[0].get_array(), one.confusion)
-        assert [tick.get_text() for tick in ax.get_xticklabels()] == ["0.6", "0.9"]
-
-
 def test_strips_are_as_stiff_as_the_hinges_and_can_be_cut():
     strips = make_strips(feeler.presets.robot())
     assert strips.stiffness == pytest.approx(feeler.presets.robot().stiffness)
@@ -353,19 +315,3 @@ def test_an_objective_of_one_s_own_is_made_small_within_the_constraints():
     assert problem.look(np.array([0.3])).x == [0.3] and problem.evaluations == 42
     with pytest.raises(InvalidInput, match="peak_angle is known of touches"):
         optimise(task, space, Constraints(peak_angle=0.2), objective=miss)
-
-
-@pytest.mark.parametrize(
-    ("bits", "errors", "words"),
-    [
-        (-6.9, 0.4, "raise train .now 4 of each class.; the noise is not the cause"),
-        (0.01, 0.74, "Lower the noise"),
-        (1.999, 0.0, "Raise the noise"),
-    ],
-)
-def test_advice_names_the_cause(bits, errors, words):
-    task = DesignTask(
-        objects=(Ball(radius=1.5), Ball(radius=3.0)), locations=(0.5, 0.8), train=4
-    )
-    with pytest.raises(InvalidInput, match=words):
-        _check_task(SimpleNamespace(bits=bits, errors=errors), task)

@@ -110,31 +110,6 @@ def test_place_of_a_basis_is_its_centre_of_mass():
     np.testing.assert_allclose(locate_components(1e-3 * bases), [0, 1, 0.5])
 
 
-def test_place_of_a_basis_counts_all_lags_and_not_the_peaks():
-    bases = np.zeros((1, 5, 4))
-    bases[0, 0], bases[0, 4, 1] = 1, 2  # a mass of 4 at the base, of 2 at the tip
-    np.testing.assert_allclose(locate_components(bases), 2 / 6)
-
-
-def test_a_shift_of_bases_does_not_wrap_round():
-    """The cosine by hand, over all shifts at which the two overlap."""
-    first, second = np.zeros((1, 3, 10)), np.zeros((1, 3, 10))
-    first[0, 0, 0], first[0, 1, 9] = 1, 1
-    second[0, 0, 9], second[0, 1, 8] = 1, 1  # 1 before sensor 0, where the first has 9 after it
-    np.testing.assert_allclose(compute_basis_similarity(first, second), 0.5)
-    rng = np.random.default_rng(2)
-    for lags in ((6, 6), (6, 9), (1, 4)):
-        one, two = (rng.random((2, 3, n)) ** 4 for n in lags)
-        expected = np.zeros((2, 2))
-        wide = np.pad(two, ((0, 0), (0, 0), (lags[0], lags[0])))
-        for shift in range(lags[0] + lags[1] + 1):
-            cut = wide[:, :, shift : shift + lags[0]]
-            expected = np.maximum(expected, np.einsum("asl,bsl->ab", one, cut))
-        length = [np.sqrt((bases**2).sum(axis=(1, 2))) for bases in (one, two)]
-        found = compute_basis_similarity(one, two)
-        np.testing.assert_allclose(found, expected / np.outer(*length), rtol=1e-9)
-
-
 def test_canonical_bases_have_unit_length_and_give_the_same_product():
     rng = np.random.default_rng(5)
     bases, activations = rng.random((4, 6, 3)), rng.random((2, 4, 10))

@@ -2,9 +2,14 @@
 
 import copy
 import pickle
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
 from sklearn.base import clone
 
 from feeler.encoding import (
@@ -17,6 +22,9 @@ from feeler.encoding import (
     save_encoder,
 )
 from feeler.errors import InvalidInput, StoreError
+from feeler.tensors.models import _read_model, save_model
+from paper.fig4 import prepare
+from paper.scale import SCALES
 
 TENSORS = np.random.default_rng(1).random((6, 5, 30)) ** 4
 
@@ -214,3 +222,133 @@ def test_another_unit_gives_the_same_fit_or_a_word_on_it(exponent, sparseness):
     other.fit(factor * TENSORS)
     np.testing.assert_allclose(other.components_, model.components_, rtol=1e-6, atol=1e-9)
     assert other.relative_residual_ == pytest.approx(model.relative_residual_, rel=1e-9)
+
+
+@pytest.fixture
+def saved(touches, tmp_path):
+    model = ConvolutiveNMF(2, 8, random_state=0, n_restarts=2, tol=1e-2).fit(touches)
+    return model, save_encoder(model, tmp_path / "encoder.safetensors")
+
+
+def test_round_trip(touches, saved):
+    model, path = saved
+    loaded = load_encoder(path)
+    assert loaded.get_params() == model.get_params()
+    assert (loaded.n_iter_, loaded.stability_, loaded.n_sensors_in_) == (
+        model.n_iter_,
+        model.stability_,
+        14,
+    )
+    np.testing.assert_array_equal(loaded.transform(touches), model.transform(touches))
+    assert [p.name for p in path.parent.iterdir()] == ["encoder.safetensors"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"version": 99},
+            "holds version 99 of 'ConvolutiveNMF'; this feeler reads 1. Update feeler",
+        ),
+        ({"kind": "Other"}, "holds a model of kind 'Other'"),
+        ({"settings": {"parameters": {"colour": "red"}}}, "lacks parts"),
+        ({"arrays": {"n_sensors_in_": np.array(3)}}, "should be"),
+    ],
+)
+def test_a_file_that_does_not_fit_says_why(saved, changes, message):
+    model = _read_model(saved[1], trusted=True)
+    changes = {
+        name: getattr(model, name) | value if isinstance(value, dict) else value
+        for name, value in changes.items()
+    }
+    save_model(replace(model, **changes), saved[1])
+    with pytest.raises(StoreError, match=message):
+        load_encoder(saved[1])
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04broken"])
+def test_other_files_are_refused(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(StoreError, match="is not an encoder of feeler, or is damaged"):
+        load_encoder(tmp_path / "x.npz")
+
+
+def test_pickles_are_never_opened(tmp_path):
+    np.save(tmp_path / "x.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    with pytest.raises(StoreError, match="is not an encoder"):
+        load_encoder(tmp_path / "x.npy")
+
+
+def test_missing_file_and_missing_fit(tmp_path):
+    with pytest.raises(StoreError, match="There is no file"):
+        load_encoder(tmp_path / "none.npz")
+    with pytest.raises(StoreError, match="fit it before saving"):
+        save_encoder(ConvolutiveNMF(), tmp_path / "x.npz")
+
+
+PROGRAM = """
+import sys
+import numpy as np
+import feeler.encoding
+X = np.random.default_rng(0).random((4, 5, 30))
+encoder = feeler.encoding.ConvolutiveNMF(2, 6, n_restarts=1, max_iter=2, warn=False).fit(X)
+encoder.transform(X)
+print(*sorted(sys.modules))
+"""
+
+
+def test_the_encoder_loads_no_physics_no_store_and_no_pictures():
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stdout.split())
+    assert "feeler.encoding.factorise" in loaded
+    banned = ("mujoco", "zarr", "h5py", "jinja2", "matplotlib", "feeler.physics")
+    assert loaded.isdisjoint(banned)
+
+
+def make_dataset(width=1.5, n_sensors=16, n_times=120):
+    """Bumps at five locations, two features, two speeds; a little of it negative."""
+    sensor, time = np.arange(n_sensors)[:, None], np.arange(n_times)[None, :]
+    tensors, locations, features, speeds = [], [], [], []
+    for location in (0.5, 0.6, 0.7, 0.8, 0.9):
+        for feature, wide in (("ball", 1.0), ("box", 1.4)):
+            for speed, lasting in ((0.6, 20), (0.06, 60)):
+                phase = np.clip((time - 10) / lasting, 0, 1)
+                bump = np.exp(
+                    -0.5 * ((sensor - n_sensors * location - phase) / (width * wide)) ** 2
+                )
+                tensors.append(0.05 * bump * np.sin(np.pi * phase) - 1e-4)
+                locations.append(location), features.append(feature), speeds.append(speed)
+    coords = {
+        "time": ("time", np.arange(n_times, dtype=float), {"units": "ms"}),
+        "location": ("trial", locations),
+        "feature": ("trial", features),
+        "speed": ("trial", speeds),
+        "size": ("trial", np.full(len(tensors), 1.5)),
+    }
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), np.array(tensors))}, coords=coords
+    )
+
+
+@pytest.fixture(scope="module")
+def touched():
+    return make_dataset()
+
+
+def draw(plot, data):
+    figure = Figure(figsize=(7, 7), layout="constrained")
+    plot(data, figure)
+    figure.canvas.draw()
+    return figure
+
+
+def test_what_is_encoded_is_rectified_and_named(touched):
+    assert prepare(touched).min() == 0
+    with pytest.raises(InvalidInput, match="quantity must be one of 'angle', 'curvature'"):
+        prepare(touched, "torque")
+    with pytest.raises(
+        InvalidInput, match="unknown scale 'huge'; valid: smoke, quick, published, paper"
+    ):
+        SCALES["huge"]

@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 
 from feeler.encoding import reconstruct
-from feeler.encoding.code import MOST_PIVOTS, _solve_nonnegative
 from feeler.encoding.convolution import (
-    apply_gram,
     compute_activation_gram,
     compute_basis_gram,
-    compute_spectra,
     descend_activations,
     multiply_activations,
     multiply_bases,
@@ -62,45 +59,6 @@ def loop_gather(activations, tensors, n_lags):
     return gathered
 
 
-def test_reconstruction(case):
-    _, bases, activations = case
-    np.testing.assert_allclose(
-        reconstruct(bases, activations), loop_reconstruct(bases, activations)
-    )
-
-
-def test_correlations_with_the_data(case):
-    tensors, bases, activations = case
-    data = Data(tensors, bases.shape[2])
-    everything = slice(None)
-    np.testing.assert_allclose(
-        data.see(compute_spectra(bases, data.length), everything),
-        loop_see(bases, tensors),
-        atol=1e-12,
-    )
-    gathered = data.gather(activations)
-    np.testing.assert_allclose(
-        gathered, loop_gather(activations, tensors, bases.shape[2]), atol=1e-12
-    )
-
-
-def test_gram_of_bases_replaces_the_reconstruction(case):
-    _, bases, activations = case
-    expected = loop_see(bases, loop_reconstruct(bases, activations))
-    kernel, fringe = compute_basis_gram(bases)
-    for trial, target in zip(activations, expected, strict=True):
-        out = np.empty_like(trial)
-        apply_gram(kernel, fringe, trial, out)
-        np.testing.assert_allclose(out, target, atol=1e-12)
-
-
-def test_gram_of_activations_replaces_the_reconstruction(case):
-    _, bases, activations = case
-    gram = compute_activation_gram(activations, bases.shape[2])
-    expected = loop_gather(activations, loop_reconstruct(bases, activations), bases.shape[2])
-    np.testing.assert_allclose(np.einsum("kxs,ksmt->mxt", bases, gram), expected, atol=1e-12)
-
-
 def test_multiplicative_updates_equal_the_textbook(case):
     tensors, bases, activations = case
     activations = activations + 0.1
@@ -148,23 +106,6 @@ def test_projected_step_equals_the_obvious_one(joint):
         rows = [moved.ravel()] if joint else list(moved)
         expected[:, m] = np.reshape([project_to_sparseness(row, 0.6) for row in rows], (3, 25))
     np.testing.assert_allclose(activations, expected, atol=1e-12)
-
-
-def test_pivoting_finds_the_nonnegative_least_squares():
-    from scipy.optimize import nnls
-
-    rng = np.random.default_rng(2)
-    tensors, bases = rng.random((2, 6, 20)), rng.random((2, 6, 4))
-    design = np.stack(
-        [loop_reconstruct(bases, unit.reshape(1, 2, 20)).ravel() for unit in np.eye(40)], axis=1
-    )
-    activations = np.zeros((2, 2, 20))
-    assert (
-        _solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations)
-        < MOST_PIVOTS
-    )
-    for code, tensor in zip(activations, tensors, strict=True):
-        np.testing.assert_allclose(code.ravel(), nnls(design, tensor.ravel())[0], atol=1e-8)
 
 
 @pytest.mark.parametrize(("sparseness", "joint"), [(0.7, False), (0.7, True), (None, False)])

@@ -9,11 +9,15 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
+import scipy.linalg
+from threadpoolctl import threadpool_info
 
 import feeler
 from feeler.errors import InvalidInput
 from feeler.execute import ProcessExecutor, ThreadExecutor, WorkerCrashed, run_batch
+from feeler.execute.threads import hold_blas
 
 from . import _tasks
 
@@ -257,3 +261,61 @@ def test_workers_that_join_late_are_given_work_at_once():
         next(results)
         assert len(started) == 1 + 8
         results.close()
+
+
+def test_a_worker_has_what_was_imported_for_it_and_its_caller_has_not():
+    code = (
+        "import sys\nfrom feeler.execute.processes import USUAL, ProcessExecutor,"
+        " prepare_workers\nfrom tests.execute import _tasks\nprepare_workers([*USUAL,"
+        " 'colorsys'])\nwith ProcessExecutor(1) as executor:\n   "
+        " print(executor.submit(_tasks.has_loaded, 'colorsys').result(), 'colorsys' in"
+        " sys.modules)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert (done.stdout.split(), done.stderr) == (["True", "False"], "")
+
+
+def test_workers_are_processes_of_their_own_that_fork_no_further():
+    with ProcessExecutor(2) as executor:
+        found = [executor.submit(_tasks.name_process, None).result() for _ in range(2)]
+    assert {method for _, method in found} == {"spawn"}
+    assert os.getpid() not in {number for number, _ in found}
+
+
+def test_every_blas_is_held_to_one_thread_and_let_go_again():
+    before = [lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas"]
+    with hold_blas():
+        held = [lib for lib in threadpool_info() if lib["user_api"] == "blas"]
+        assert len(held) >= 2  # NumPy's and SciPy's
+        assert {lib["num_threads"] for lib in held} == {1}
+    after = [lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas"]
+    assert after[: len(before)] == before
+
+
+distributed = pytest.importorskip("distributed", reason="needs the extra `cluster`")
+
+
+def test_a_dask_client_runs_a_batch():
+    with distributed.Client(
+        processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None
+    ) as client:
+        outcomes = {
+            o.index: o.value
+            for o in run_batch(_tasks.double, enumerate(range(12)), executor=client)
+        }
+        assert outcomes == {i: 2 * i for i in range(12)}
+        failed = next(iter(run_batch(_tasks.refuse, [(0, 7)], executor=client)))
+        assert isinstance(failed.error, ValueError) and "no 7" in str(failed.error)
+
+
+@pytest.mark.skipif("PYTEST_XDIST_WORKER" not in os.environ, reason="of workers, -n 2")
+def test_a_worker_has_one_thread_within_its_libraries():
+    """They were set too late: on a busy machine two threads took 4.7 s of processor time for a
+    cricket's response, one takes 0.05 s; a network learned in 22.9 s, with one thread in 2.7 s.
+    """
+    scipy.linalg.solve(np.eye(2), np.ones(2))  # SciPy brings a BLAS of its own
+    found = [blas["num_threads"] for blas in threadpool_info() if blas["user_api"] == "blas"]
+    assert found and set(found) == {1}
+    assert os.environ["OMP_NUM_THREADS"] == "1"  # PyTorch reads it, and takes seconds to load

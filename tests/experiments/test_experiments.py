@@ -7,8 +7,11 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import feeler
-from feeler import Antenna, Ball, Box, Trial, Wall, presets
+from feeler import Antenna, Ball, Trial, Wall, presets
 from feeler.errors import InvalidInput, SimulationDivergedError
+from feeler.objects import BaseMotion
+from feeler.physics.engine import ENGINES, choose_timestep
+from feeler.physics.simulation import Simulation
 from feeler.tensors import validate
 
 ANTENNA = presets.cockroach()
@@ -40,23 +43,6 @@ def test_no_contact_gives_exact_zeros(engine):
     )
     assert not tensors["angle"].values.any()
     assert not tensors["force"].values.any()
-
-
-def test_workers_do_not_change_a_bit():
-    trials = [
-        TRIAL,
-        Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.3),
-    ] * 6
-    one, two = (feeler.touch(ANTENNA, trials, workers=w, **SHORT) for w in (1, 2))
-    np.testing.assert_array_equal(one["angle"], two["angle"])
-    np.testing.assert_array_equal(one["seed"], two["seed"])
-
-
-def test_contact_begins_when_the_trial_says():
-    trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6, lead=5.0)
-    tensors = feeler.touch(ANTENNA, trial, duration=8.0, sample_interval=0.02, timestep=0.02)
-    touching = np.abs(tensors["force"].values[0]).sum(axis=1) > 0
-    assert tensors["time"].values[np.argmax(touching)] == pytest.approx(5.0, abs=0.1)
 
 
 def test_tensors_keep_the_contract():
@@ -186,10 +172,35 @@ def test_the_cylinder_of_a_hit_touches_at_time_0():
     assert np.abs(found["force"].values[: touched - 1]).max() == 0.0
 
 
-@pytest.mark.parametrize("place", [0, 1, 2])
-def test_the_fastest_touch_of_a_set_is_the_one_that_is_doubted(place):
-    speeds = np.insert([0.1, 0.2], place, 6.0)  # mm/ms: half the radius and more in 0.1 ms
-    trials = [Trial(feature=Ball(radius=1.5), location=0.5, speed=float(v)) for v in speeds]
-    with pytest.warns(feeler.errors.ModelValidityWarning, match="outside what") as warned:
-        feeler.touch(ANTENNA, trials, duration=1.0, timestep=0.1)
-    assert warned[0].message.details.startswith("At 6 mm/ms an object moves 0.6 mm")
+TRIAL_ENGINES = Trial(feature=Ball(radius=1.5), location=0.5, speed=0.3)
+
+
+@pytest.mark.further
+@pytest.mark.parametrize("engine", list(ENGINES))
+def test_touch_runs_with_the_default_timestep_of_each_engine(engine):
+    tensors = feeler.touch(ANTENNA, TRIAL_ENGINES, engine=engine, duration=30.0)
+    assert tensors.attrs["timestep"] == choose_timestep(None, engine)
+    assert 0.01 < float(abs(tensors["angle"]).max()) < 0.06
+
+
+@pytest.mark.parametrize("engine", ["rod", "rod-inertia"])
+def test_an_engine_that_went_is_refused_with_those_that_there_are(engine):
+    with pytest.raises(
+        InvalidInput, match=f"unknown engine '{engine}'; valid: chain-consistent"
+    ):
+        feeler.touch(ANTENNA, TRIAL_ENGINES, engine=engine, duration=5.0)
+
+
+@pytest.mark.parametrize("engine", ["chain", "chain-consistent", "mujoco"])
+def test_who_follows_the_contact_refuses_steps_that_it_does_not_allow(engine):
+    with pytest.raises(InvalidInput, match="too large for the contact's time constant"):
+        feeler.touch(ANTENNA, TRIAL_ENGINES, engine=engine, timestep=0.5, duration=5.0)
+
+
+@pytest.mark.parametrize("engine", list(ENGINES))
+def test_a_recorded_base_begins_where_its_path_does(engine):
+    time = np.arange(5.0)
+    pose = np.column_stack([0.01 * time + 1.0, 0.0 * time + 2.0, 0.0 * time + 0.3])
+    simulation = Simulation(ANTENNA, base=BaseMotion(time=time, pose=pose), engine=engine)
+    np.testing.assert_allclose(simulation.base, [1.0, 2.0, 0.3], atol=1e-9)
+    np.testing.assert_allclose(simulation.shape()[0], [1.0, 2.0], atol=1e-9)

@@ -25,8 +25,8 @@ from feeler.experiments import runner as job
 from feeler.experiments.mechanics import release
 from feeler.physics.contact import get_contact
 from feeler.physics.scene import Clock
-from feeler.tensors.store import open_store, read_store
-from feeler.tensors.transforms import label_like, project_planes, scale_common, stack_planes
+from feeler.tensors.store import open_store
+from feeler.tensors.transforms import label_like, project_planes, stack_planes
 
 STEP = 0.05
 
@@ -138,23 +138,6 @@ def test_an_aborted_worker_is_one_without_memory():
     assert isinstance(processes._explain_end(-signal.SIGABRT), OutOfMemory)
 
 
-def test_trials_come_in_any_order_and_each_keeps_its_own(tmp_path):
-    path, made = tmp_path / "a.zarr", [{"speed": k} for k in range(8)]
-    trials = xr.concat(
-        [make_trial(k) for k in (6, 2, 4)], "trial", data_vars="minimal", coords="minimal",
-        compat="override",
-    )  # fmt: skip
-    with open_store(path, CONFIGURATION, 8, group_size=4, made=made.__getitem__) as store:
-        store.append([6, 2, 4], trials)
-        store.append(5, make_trial(5))
-    found = read_store(path)
-    assert found["location"].values == pytest.approx([0.2, 0.4, 0.5, 0.6])
-    assert found["feature"].values.tolist() == ["triangle", "ball", "box", "triangle"]
-    assert [one["speed"] for one in json.loads(found.attrs["trials"])] == [2, 4, 5, 6]
-    for row, index in enumerate((2, 4, 5, 6)):
-        np.testing.assert_array_equal(found["tip"][row], make_trial(index)["tip"][0])
-
-
 def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):
     path = tmp_path / "a.zarr"
     with open_store(path, CONFIGURATION, 6, group_size=4, made="abcdef".__getitem__) as store:
@@ -193,17 +176,6 @@ def test_planes_are_folded_one_after_the_other_and_projected_by_angle():
     assert sides.attrs == {"units": "rad"}
     flat = project_planes(tensors.isel(plane=0, drop=True), 60.0)
     np.testing.assert_allclose(flat[:, 0], 0.5 * tensors.values[:, 0])
-
-
-def test_a_set_is_scaled_by_its_greatest_magnitude_whichever_its_sign():
-    tensors = make_spatial()
-    low = tensors.copy()
-    low[1, 2, 3, 4] = -9.0
-    for given in (low, low.values):
-        scaled = scale_common(given)
-        np.testing.assert_allclose(scaled, low.values / 9.0)
-    with pytest.raises(InvalidInput, match=r"greatest magnitude is 0\.0; did any contact"):
-        scale_common(np.zeros((1, 2, 3)))
 
 
 def test_what_comes_back_keeps_the_labels_that_fit_it_and_no_other():

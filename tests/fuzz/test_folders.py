@@ -102,12 +102,10 @@ def test_folders_survive(kind, folder):
 
 def open_damaged(number: int, folder: Path) -> str:
     """Open a damaged store for writing: refused, or it ends with every number right."""
-    rng, files, path, whole = (
-        np.random.default_rng(number),
-        files_of("store"),
-        folder / f"writing{number}",
-        make_set(),
-    )
+    rng = np.random.default_rng(number)
+    files = files_of("store")
+    path = folder / f"writing{number}"
+    whole = make_set()
     write_files(path, files)
     name = rng.choice(list(files))
     (path / name).write_bytes(damage(rng, files[name]))

@@ -57,7 +57,7 @@ LIMITS = Limits(max_bytes=2**22)
 Shape = Callable[[np.random.Generator, bytes], bytes]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Reader:
     """What reads a file, good files as makers of bytes, and what changes their structure."""
 
@@ -88,92 +88,62 @@ def load_landmarks(path: Path) -> None:
 
 
 READERS = {
-    "antenna": Reader(
-        read=load_antenna, seeds=("small.toml", "sensors.toml"), shape=shape_toml
-    ),
-    "robot": Reader(read=load_robot, seeds=("robot.toml", "moulded.toml"), shape=shape_toml),
-    "plan": Reader(read=load_plan, seeds=(TEMPLATE.encode(),), shape=shape_toml),
-    "objects": Reader(read=load_objects, seeds=(files.OBJECTS,), shape=shape_toml),
+    "antenna": Reader(load_antenna, ("small.toml", "sensors.toml"), shape_toml),
+    "robot": Reader(load_robot, ("robot.toml", "moulded.toml"), shape_toml),
+    "plan": Reader(load_plan, (TEMPLATE.encode(),), shape_toml),
+    "objects": Reader(load_objects, (files.OBJECTS,), shape_toml),
     "svg": Reader(
-        read=lambda path: Outline.from_file(path, width=3.0),
-        seeds=(files.DRAWING, files.SHAPES),
-        shape=shape_text,
-        name="input.svg",
+        lambda path: Outline.from_file(path, width=3.0),
+        (files.DRAWING, files.SHAPES),
+        shape_text,
+        "input.svg",
     ),
     "svg scaled": Reader(
-        read=lambda path: Outline.from_file(path, tolerance=1e-3),
-        seeds=(files.DRAWING, files.SHAPES),
-        shape=shape_text,
-        name="input.svg",
+        lambda path: Outline.from_file(path, tolerance=1e-3),
+        (files.DRAWING, files.SHAPES),
+        shape_text,
+        "input.svg",
     ),
     "dxf": Reader(
-        read=Outline.from_file,
-        seeds=tuple(map(files.make_dxf, (files.LOOP, files.DISC, files.EDGE))),
-        shape=shape_text,
-        name="input.dxf",
+        Outline.from_file,
+        tuple(map(files.make_dxf, (files.LOOP, files.DISC, files.EDGE))),
+        shape_text,
+        "input.dxf",
     ),
     "corners": Reader(
-        read=Outline.from_file,
-        seeds=(b"x,y\n0,-1\n4,-1\n4,1\n0,1\n",),
-        shape=shape_text,
-        name="input.csv",
+        Outline.from_file, (b"x,y\n0,-1\n4,-1\n4,1\n0,1\n",), shape_text, "input.csv"
     ),
     "recording": Reader(
-        read=lambda path: repair(load_recording(path, n_channels=None), gaps="bridge"),
-        seeds=(files.RECORDING, files.CAPACITANCE),
-        shape=shape_text,
+        lambda path: repair(load_recording(path, n_channels=None), gaps="bridge"),
+        (files.RECORDING, files.CAPACITANCE),
+        shape_text,
     ),
-    "bag": Reader(
-        read=lambda path: load_recording(path, n_channels=None),
-        seeds=("run.mcap",),
-    ),
+    "bag": Reader(lambda path: load_recording(path, n_channels=None), ("run.mcap",)),
     "tracks": Reader(
-        read=lambda path: load_tracks(path, frame_rate=30.0),
-        seeds=(files.DLTDV, files.FOUR),
-        shape=shape_text,
+        lambda path: load_tracks(path, frame_rate=30.0), (files.DLTDV, files.FOUR), shape_text
     ),
-    "landmarks": Reader(
-        read=load_landmarks, seeds=(files.LANDMARKS, files.NAMED), shape=shape_text
-    ),
-    "traces": Reader(read=load_traces, seeds=(files.TRACES,), shape=shape_text),
-    "sensor table": Reader(
-        read=load_calibration_table, seeds=(files.TABLE, files.COUNTS), shape=shape_text
-    ),
-    "sensor calibration": Reader(read=load_calibration, seeds=("c.json",), shape=shape_json),
-    "targets": Reader(read=load_targets, seeds=(files.TARGETS,), shape=shape_toml),
-    "journal": Reader(
-        read=lambda path: _read_journal(path, "0a"), seeds=(files.JOURNAL,), shape=shape_text
-    ),
+    "landmarks": Reader(load_landmarks, (files.LANDMARKS, files.NAMED), shape_text),
+    "traces": Reader(load_traces, (files.TRACES,), shape_text),
+    "sensor table": Reader(load_calibration_table, (files.TABLE, files.COUNTS), shape_text),
+    "sensor calibration": Reader(load_calibration, ("c.json",), shape_json),
+    "targets": Reader(load_targets, (files.TARGETS,), shape_toml),
+    "journal": Reader(lambda path: _read_journal(path, "0a"), (files.JOURNAL,), shape_text),
     "sample": Reader(
-        read=lambda path: _parse_sample(path.read_bytes(), 3),
-        seeds=tuple(files.SAMPLES),
-        shape=shape_text,
+        lambda path: _parse_sample(path.read_bytes(), 3), tuple(files.SAMPLES), shape_text
     ),
-    "stream": Reader(read=read_stream, seeds=(files.LINES,), shape=shape_text),
-    "csv": Reader(
-        read=lambda path: find_errors(_load_csv(path, LIMITS)),
-        seeds=("one.csv",),
-        shape=shape_table,
-    ),
+    "stream": Reader(read_stream, (files.LINES,), shape_text),
+    "csv": Reader(lambda path: find_errors(_load_csv(path, LIMITS)), ("one.csv",), shape_table),
     "model": Reader(
-        read=lambda path: _read_model(path, LIMITS),
-        seeds=("m.safetensors",),
-        shape=shape_safetensors,
+        lambda path: _read_model(path, LIMITS), ("m.safetensors",), shape_safetensors
     ),
-    "encoder": Reader(
-        read=load_encoder, seeds=("encoder.safetensors",), shape=shape_safetensors
-    ),
-    "decoder": Reader(
-        read=StreamDecoder.load, seeds=("decoder.safetensors",), shape=shape_safetensors
-    ),
+    "encoder": Reader(load_encoder, ("encoder.safetensors",), shape_safetensors),
+    "decoder": Reader(StreamDecoder.load, ("decoder.safetensors",), shape_safetensors),
     "network": Reader(
-        read=lambda path: TouchNetwork.load(path, device="cpu"),
-        seeds=("network.safetensors",),
-        shape=shape_safetensors,
+        lambda path: TouchNetwork.load(path, device="cpu"),
+        ("network.safetensors",),
+        shape_safetensors,
     ),
-    "look": Reader(
-        read=look, seeds=("one.csv", "m.safetensors", "small.toml"), shape=shape_text
-    ),
+    "look": Reader(look, ("one.csv", "m.safetensors", "small.toml"), shape_text),
 }
 MODELS = {"network"}  # need PyTorch
 

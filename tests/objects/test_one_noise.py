@@ -6,7 +6,7 @@ import xarray as xr
 
 import feeler
 from feeler.active import Arena, TouchTask
-from feeler.decoding import IdealReader, TemplateReader, compute_sweep
+from feeler.decoding import IdealObserver, TemplateClassifier, compute_sweep
 from feeler.design import DesignTask, load_plan, measure_sensors, score
 from feeler.objects import NOISES, Noise, Task
 from feeler.tradeoff import load_declared
@@ -65,13 +65,13 @@ def test_a_noise_registered_once_works(name):
     assert sweep.noisy[0].mean() == 1.0 > sweep.noisy[1].mean()
 
 
-def test_in_readers_that_know_their_noise(name):
+def test_in_classifiers_that_know_their_noise(name):
     noise = Task(noise=name).noise
     touches = np.concatenate([make_bumps(), 1.1 * make_bumps()]) + 0.01
     labels = np.tile(np.arange(6), 2)
     noisy = noise.add(touches, np.random.default_rng(0))
-    for reader in (IdealReader(noise), TemplateReader(noise)):
-        assert reader.fit(touches, labels).score(noisy, labels) > 0.5
+    for classifier in (IdealObserver(noise), TemplateClassifier(noise)):
+        assert classifier.fit(touches, labels).score(noisy, labels) > 0.5
 
 
 def test_in_designs(name):

@@ -15,7 +15,6 @@ from feeler.objects import (
     Task,
     Wall,
     place,
-    sample_trials,
 )
 
 TASK = Task(objects=("ball:radius=1.5", "box"), locations=(0.6, 0.9), noise="common:0.03")
@@ -77,22 +76,6 @@ def test_no_speed_named_draws_each_of_the_tasks():
     trials, labels = task.draw()
     assert [t.speed for t in trials] == [0.06] * 4 + [0.6] * 4
     assert list(labels) == 2 * task.labels
-
-
-def test_a_task_draws_what_sample_trials_draws():
-    """The streams are those of sample_trials, so that both have the same law, bit for bit."""
-    drawn = sample_trials(
-        3,
-        features=[TASK.objects[1]],
-        sizes=(1.5 - 0.05 * 1.5, 1.5 + 0.05 * 1.5),
-        locations=(0.6 - 0.015, 0.6 + 0.015),
-        speeds=0.3,
-        approach=(86.0, 94.0),
-        friction=(0.6, 1.0),
-        sides=("left",),
-        seed=2 * 1000 + 1,
-    )
-    assert read(TASK.draw(purpose="test", each=3)[0][3:6]) == read(drawn)
 
 
 def test_touches_that_cannot_be_placed_are_drawn_again():
@@ -244,16 +227,3 @@ def test_touches_leave_the_plane_and_are_else_the_same():
         InvalidInput, match=r"ball 1.5 mm at 0.5 cannot be drawn.*leaves the plane"
     ):
         turned.draw(antenna.flatten(), "test")
-
-
-def test_an_azimuth_leaves_other_jitters_as_they_were():
-    ball = Ball(radius=1.5)
-    trial = feeler.Trial(feature=ball, location=0.7, speed=0.3, azimuth=-10.0)
-    plain, turned = (
-        Nuisances(azimuth=by).jitter([trial] * 5, np.random.default_rng(3))
-        for by in (0.0, 30.0)
-    )
-    assert [one.azimuth for one in plain] == [-10.0] * 5
-    assert len({one.azimuth for one in turned}) == 5
-    assert all(-40 <= one.azimuth <= 20 for one in turned)
-    assert [one.replace(azimuth=-10.0) for one in turned] == plain

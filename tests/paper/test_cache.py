@@ -1,13 +1,25 @@
 """Results are found again by what they are made of, and by nothing else."""
 
+import re
+from dataclasses import replace
+
+import joblib
 import numpy as np
 import pytest
+from PIL import Image
 
+from feeler import provenance
+from feeler.errors import FeelerError
+from feeler.report.page import Section
 from paper import cache
-from paper.cache import keep, list_sources
+from paper.cache import hold, keep, list_sources
 from paper.context import Context
 from paper.fig4 import CachedNMF
-from paper.stage import Stage, run_stage
+from paper.kept import find_shipped, keep_sections
+from paper.report import OPENING_MOVIE
+from paper.stage import Stage, is_kept, run_stage
+from paper.statements import load_statements
+from paper.verdicts import judge_statements
 
 
 @pytest.fixture
@@ -96,6 +108,9 @@ def test_a_fit_that_is_recalled_is_the_fit(double):
     first, second = (CachedNMF(**options, n_jobs=n).fit(tensors) for n in (1, 2))
     assert [one["source"] for one in cache._used] == ["computed", "cache"]
     np.testing.assert_array_equal(first.activations_, second.activations_)
+    # so what is made of a fit has one key
+    keys = {joblib.hash(vars(one) | {"n_jobs": None}) for one in (first, second)}
+    assert len(keys) == 1
     np.testing.assert_array_equal(*(one.transform(tensors) for one in (first, second)))
 
 
@@ -112,3 +127,157 @@ def test_a_run_lists_what_was_computed_and_what_was_not(double, tmp_path):
     assert found["result"].tolist() == ["section", "double", "double"]
     again.kept = ""
     assert list_sources([again])["source"].tolist() == ["cache"]
+
+
+def make_stage(make):
+    return Stage(name="antenna", title="t", make=make)
+
+
+@pytest.mark.parametrize(
+    "change", [{"seed": 1}, {"scale": "smoke"}, {"timestep": 0.01}, {"engine": "mujoco"}]
+)
+def test_the_key_holds_everything_that_matters(change):
+    stage = make_stage(lambda context, section: None)
+    assert stage.key(Context(**change)) != stage.key(Context())
+    assert stage.key(Context(workers=2)) == stage.key(Context())
+
+
+def test_a_failed_stage_is_told_and_not_kept(tmp_path):
+    def fail(context, section):
+        raise FeelerError("no such thing")
+
+    section = run_stage(make_stage(fail), Context(out=tmp_path))
+    assert "no such thing" in section.blocks[0]["text"]
+    assert not list(tmp_path.rglob("section.json"))
+
+
+def test_an_interrupted_stage_leaves_nothing(tmp_path):
+    def stop(context, section):
+        (section.folder / "half.png").write_bytes(b"x")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_stage(make_stage(stop), Context(out=tmp_path))
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize("name", ["seed", "scale", "profiles", "effort"])
+def test_a_stage_cannot_read_what_its_key_does_not_hold(tmp_path, name):
+    stage = Stage(
+        name="antenna",
+        title="t",
+        make=lambda context, section: getattr(context, name),
+        reads=("engine",),
+    )
+    with pytest.raises(AttributeError, match=f"reads context.{name} but does not declare"):
+        run_stage(stage, Context(out=tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("change", "same"), [({"seed": 1}, True), ({"engine": "mujoco"}, False)]
+)
+def test_only_declared_parameters_change_the_key(change, same):
+    stage = Stage(
+        name="antenna", title="t", make=lambda context, section: None, reads=("engine",)
+    )
+    assert (stage.key(Context(**change)) == stage.key(Context())) is same
+
+
+def test_a_fresh_run_uses_what_it_made_itself(tmp_path):
+    calls = []
+    stage = make_stage(lambda context, section: calls.append(1))
+    context = Context(out=tmp_path, fresh=True)
+    run_stage(stage, context)
+    assert run_stage(stage, context).cached
+    assert len(calls) == 1
+
+
+def test_who_holds_a_path_makes_its_folder_and_another_may_hold_it_after(tmp_path):
+    path = tmp_path / "a" / "b" / "made"
+    for _ in range(2):
+        with hold(path):
+            assert path.parent.is_dir()
+
+
+def test_a_result_is_kept_unless_it_is_older_than_a_fresh_run(tmp_path):
+    path = tmp_path / "made"
+    path.write_text("x")
+    made = path.stat().st_mtime
+    assert is_kept(path, Context()) and not is_kept(tmp_path / "other", Context())
+    assert is_kept(path, Context(fresh=True, started=made)) and not is_kept(
+        path, Context(fresh=True, started=made + 1)
+    )
+
+
+def show(context, section):
+    section.text("Three antennae.")
+    section.figure("three", "Three lines.", lambda figure: figure.subplots().plot([3, 1, 2]))
+    section.values["three.lines"] = 3.0
+
+
+STAGE = Stage(
+    name="three", title="Three", make=show, reads=("scale", "seed", "engine", "antenna")
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """One kept section, of a whole run with seed 0."""
+    folder = tmp_path_factory.mktemp("kept")
+    (made := folder / "made").mkdir()
+    section = Section(name=STAGE.name, title=STAGE.title, folder=made, seconds=41.7)
+    show(None, section)
+    section.save()
+    keep_sections([(STAGE, section)], Context(scale="paper"), folder)
+    return folder
+
+
+def test_a_kept_section_has_its_numbers_and_says_whence(folder):
+    found = find_shipped(STAGE, Context(scale="quick"), folder)
+    assert found.values == {"three.lines": 3.0} and found.scale == "paper"
+    assert re.fullmatch(
+        r"Precomputed at paper scale on \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
+    )
+    assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
+
+
+def test_the_first_screen_s_movie_is_kept_as_a_movie(tmp_path):
+    (made := tmp_path / "made").mkdir()
+    section = Section(name=STAGE.name, title=STAGE.title, folder=made)
+    for name in (OPENING_MOVIE, "other.mp4"):
+        path = made / name
+        path.write_bytes(b"frames")
+        Image.new("RGB", (4, 3)).save(path.with_suffix(".jpg"))
+        section.movie(path, "A movie.")
+    section.save()
+    keep_sections([(STAGE, section)], Context(scale="paper"), tmp_path)
+    found = find_shipped(STAGE, Context(scale="quick"), tmp_path)
+    assert [block["kind"] for block in found.blocks] == ["movie", "figure"]
+    assert (found.folder / OPENING_MOVIE).read_bytes() == b"frames"
+    assert (found.folder / found.blocks[0]["still"]).exists()
+
+
+@pytest.mark.parametrize("asked", [{"seed": 3}, {"engine": "mujoco"}, {"is_cockroach": False}])
+def test_who_asks_something_else_gets_no_kept_section(folder, asked):
+    assert find_shipped(STAGE, Context(scale="quick", **asked), folder) is None
+
+
+def test_a_section_of_other_physics_says_so(folder, monkeypatch):
+    monkeypatch.setattr(provenance, "PHYSICS", provenance.PHYSICS + 1)
+    found = find_shipped(STAGE, Context(scale="quick"), folder)
+    assert found.kept.endswith("Its settings or the physics have changed since.")
+
+
+def test_a_kept_section_is_judged_at_its_own_scale(tmp_path):
+    statement = next(one for one in load_statements() if one.scale == "paper")
+    section = Section(name=statement.section, title="", folder=tmp_path)
+    judged = {
+        scale: next(
+            one
+            for one in judge_statements([replace(section, scale=scale)], Context(scale="quick"))
+            if one.statement == statement
+        )
+        for scale in ("", "paper")
+    }
+    assert "paper judges it" in judged[""].why
+    assert "judges it" not in judged["paper"].why

@@ -1,13 +1,34 @@
 """Planted bases and codes: when and where they act, and which contacts drive them."""
 
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 
+from feeler.decoding.sweeps import Plan
+from feeler.experiments.tactile import touch
+from feeler.objects import Ball, Trial
+from feeler.presets import cockroach
 from feeler.report import Section
+from feeler.tensors.schema import label_units
+from feeler.tensors.transforms import compute_bend, reconstruct_posture
+from paper import fig5_new
+from paper.fig1_touch import draw_moment
 from paper.fig4 import compute_map as compute
 from paper.fig4 import keep_values, measure_margin, span
+from paper.window import (
+    complete_arrays,
+    cut_to_contact,
+    cut_to_motion,
+    cut_window,
+    keep_whole,
+    measure_window,
+    resample,
+)
 
 LAGS = (2, 11, 29)
 PLACES = (0.5, 0.6, 0.7, 0.9)
@@ -88,3 +109,160 @@ def test_the_values_span_the_starts_and_say_how_many_there_are(tmp_path):
     assert section.values["encoding.location_p"]["n"] == 2
     assert span(np.array([1.0])) == {"value": 1.0, "n": 1}
     assert "undefined" in span(np.array([1.0, np.nan]))
+
+
+@pytest.fixture(scope="module")
+def touched():
+    """An antenna, a touch of it and what its sensors recorded."""
+    trial = Trial(feature=Ball(radius=1.5), location=0.5, speed=0.6)
+    return cockroach(), trial, touch(cockroach(), trial, duration=40.0)
+
+
+def test_the_antenna_stands_where_the_touch_has_bent_it(touched):
+    antenna, trial, tensors = touched
+    ax, now = Figure().subplots(), 25
+    drawn = draw_moment(antenna, trial, tensors, now, ax, Normalize(0, 1))
+    points = np.array(drawn.colours.get_segments())
+    truth = reconstruct_posture(tensors, antenna).values[0, now]
+    np.testing.assert_allclose(points[:, 0], truth[:-1])
+    np.testing.assert_allclose(drawn.colours.get_array(), compute_bend(tensors, antenna)[now])
+    place = ax.patches[0].get_path().vertices.mean(axis=0)
+    assert abs(place[1] - 0.5 * antenna.length) < 0.5  # mm, it flies on at this height
+
+
+TIME = np.arange(800.0)
+
+
+def make_touches(spans, angle=None):
+    """One touch for each list of (begin, end) of its contacts [ms]."""
+    force = np.zeros((len(spans), TIME.size, 2))
+    for trial, contacts in enumerate(spans):
+        for begin, end in contacts:
+            force[trial, begin:end, 0] = 1.0
+    angle = force[:, None, :, 0] if angle is None else angle
+    n = len(spans)
+    dataset = xr.Dataset(
+        {
+            "force": (("trial", "time", "axis"), force),
+            "angle": (("trial", "sensor", "time"), angle),
+        },
+        coords={
+            "time": TIME,
+            "feature": ("trial", ["ball"] * n),
+            "size": ("trial", [1.5] * n),
+            "location": ("trial", np.linspace(0.5, 0.9, n)),
+        },
+    )
+    return label_units(dataset)
+
+
+def test_a_touch_that_begins_again_is_cut_although_it_is_out_of_contact_when_the_window_closes():
+    found = measure_window(make_touches([[(10, 300)], [(10, 300), (500, 600)], [(10, 450)]]))
+    assert (found.cut, found.again, found.end) == (2, 1, 600.0)
+
+
+def test_touches_that_differ_only_after_the_window_are_one_in_it():
+    found = measure_window(make_touches([[(10, 500)], [(10, 600)], [(10, 200)]]))
+    assert found.pairs == 1 and found.ceiling == pytest.approx(2 / 3)
+
+
+def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
+    """Contact at 380 ms itself is after a window of 380 ms; with a sample every 2 ms the end is 2
+    ms after the last.
+    """
+    found = measure_window(make_touches([[(379, 380)], [(379, 381)], [(10, 20)]]))
+    assert (found.cut, found.again, found.end) == (1, 0, 381.0)
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).isel(time=slice(None, None, 2))
+    assert measure_window(tensors).end == 302.0
+    shorter = measure_window(tensors, duration=100.0)
+    assert (shorter.cut, shorter.pairs, shorter.ceiling) == (1, 0, 1.0)
+
+
+def test_a_recording_that_begins_later_ends_later():
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(
+        time=("time", TIME + 5.0, {"units": "ms"})
+    )
+    assert measure_window(tensors).end == 306.0
+
+
+def test_touches_without_any_contact_end_at_once():
+    found = measure_window(make_touches([[], []]))
+    assert (found.cut, found.again, found.end, found.pairs, found.ceiling) == (
+        0,
+        0,
+        1.0,
+        1,
+        0.5,
+    )
+
+
+def test_a_straight_line_stays_one_at_any_number_of_samples():
+    angle = np.broadcast_to(TIME / 800, (1, 2, 800))
+    found = resample(make_touches([[(0, 500)]], angle), end=600.0, n_samples=380)
+    array = found["angle"].values
+    assert array.shape == (1, 2, 380)
+    np.testing.assert_allclose(array[0, 0], np.arange(380) * (600 / 380) / 800)
+
+
+def test_every_profile_has_its_own_window_and_the_same_samples():
+    arrays, labels = complete_arrays(
+        {"a": make_touches([[(0, 300)]] * 2), "b": make_touches([[(0, 700)]] * 2)}
+    )
+    assert {array.shape for array in arrays.values()} == {(2, 1, 380)} and labels.shape == (2,)
+    assert max(array.max() for array in arrays.values()) == 1
+    np.testing.assert_array_equal(
+        arrays["a"] > 0.5, arrays["b"] > 0.5
+    )  # both are in contact to the end of their window
+
+
+def test_a_touch_is_cut_to_its_window_to_all_touches_to_its_contact_and_to_its_motion():
+    angle = np.zeros((3, 1, TIME.size))
+    angle[0, 0, 100:200], angle[0, 0, 200:260] = 1.0, 0.02  # contact, then the swing after it
+    angle[0, 0, 260:] = 0.005  # too little to be motion
+    angle[1, 0, 90:500] = -1.0  # bends the other way only
+    touches = make_touches([[(100, 200)], [(90, 120), (300, 500)], []], angle)
+    assert cut_window(touches).shape == (3, 1, 380) and keep_whole(touches).shape == (3, 1, 500)
+    assert cut_window(touches).min() == 0.0
+    assert [part.shape for part in cut_to_contact(touches)] == [(1, 100), (1, 410), (1, 1)]
+    assert [part.shape for part in cut_to_motion(touches)] == [(1, 160), (1, 1), (1, 1)]
+
+
+PLAN = Plan(ratios=(0.01,), n_repeats=1, n_copies=4, probe=0.01)
+TRIALS = list(product(("ball", "box"), (1.5, 3.0), (0.5, 0.6, 0.7)))
+
+
+def make_tensors(blind):
+    """A blip for every trial, in a place of its own for each value of each attribute but the
+    ``blind`` one.
+    """
+    angle = np.zeros((len(TRIALS), 3, 12))
+    for trial, (feature, size, location) in enumerate(TRIALS):
+        values = (feature == "box", size == 3.0, round(10 * location - 5))
+        for sensor, (name, value) in enumerate(
+            zip(("feature", "size", "location"), values, strict=True)
+        ):
+            angle[trial, sensor, 0 if name == blind else 4 * int(value) + 2] = 1.0
+    features, sizes, locations = zip(*TRIALS, strict=True)
+    trial = {"feature": list(features), "size": list(sizes), "location": list(locations)}
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), angle)},
+        coords={k: ("trial", v) for k, v in trial.items()},
+    )
+
+
+@pytest.mark.parametrize(("blind", "split"), [("size", "size"), ("location", "place")])
+def test_a_new_value_of_what_is_not_felt_costs_nothing(blind, split):
+    found = fig5_new.compute(make_tensors(blind), PLAN)
+    assert found.accuracy[split] == 1.0 and found.change[blind] == 0.0
+    assert list(found.parts[split].values()) == pytest.approx([1.0, 1.0])
+
+
+def test_a_change_is_a_share_of_the_norm_and_neighbouring_places_only_are_compared():
+    change = fig5_new.compute(make_tensors(None), PLAN).change
+    assert all(
+        value == pytest.approx(np.sqrt(2 / 3)) for value in change.values()
+    )  # one of three blips moves
+    assert fig5_new.compute(make_tensors(None), PLAN).chance == {
+        "size": pytest.approx(1 / 6),
+        "place": pytest.approx(1 / 4),
+    }

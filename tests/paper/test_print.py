@@ -7,7 +7,7 @@ import pytest
 from feeler.report import Section, write_page
 
 N = 4
-FAR = "word " * 20_000  # many screens between two pictures
+FAR = "word " * 4_000  # some ten screens between two pictures
 
 
 @pytest.mark.long

@@ -3,8 +3,6 @@
 import json
 
 import pytest
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from pypdf import PdfReader
 
 from feeler.plotting.style import DOUBLE, SINGLE
@@ -43,19 +41,6 @@ def test_vector_figures_become_pages_at_journal_size_with_embedded_fonts(tmp_pat
                 "/FontFile2"
                 in font.get_object()["/DescendantFonts"][0].get_object()["/FontDescriptor"]
             )
-
-
-def test_a_figure_is_laid_out_once_and_drawn_once_for_each_file(tmp_path, monkeypatch):
-    done = []
-    for kind, name in ((Figure, "draw"), (ConstrainedLayoutEngine, "execute")):
-        plain = getattr(kind, name)
-        monkeypatch.setattr(
-            kind,
-            name,
-            lambda *args, plain=plain, name=name: (done.append(name), plain(*args))[1],
-        )
-    make_section(tmp_path / "section", vector=True)
-    assert done == ["execute", "draw", "draw"] * len(WIDTHS)
 
 
 def test_a_run_without_vector_figures_leaves_none_of_an_earlier_one(tmp_path):

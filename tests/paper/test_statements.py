@@ -78,9 +78,9 @@ def test_an_untouched_antenna_has_no_sparseness_and_is_not_averaged():
 
 
 def test_the_rival_of_the_exponential_profile_is_the_sparser_of_the_two_others():
-    groups = {"exponential": [0.5, 0.5], "linear": [0.2, 0.4], "constant": [0.4, 0.4]}
+    groups = {"exponential": [0.5, 0.5], "linear": [0.2, 0.4], "uniform": [0.4, 0.4]}
     values = fig5_sparse._list_values("w", {name: np.array(v) for name, v in groups.items()})
-    assert values["sparsity.w.rival"] == values["sparsity.w.constant"]
+    assert values["sparsity.w.rival"] == values["sparsity.w.uniform"]
 
 
 def test_bending_is_placed_at_the_sensor_that_bends_most_over_the_touch():

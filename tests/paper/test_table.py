@@ -2,19 +2,24 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from feeler.errors import InvalidInput
+from feeler.presets import cockroach
 from feeler.report.page import Section
+from feeler.tensors.schema import label_units
+from paper import front
 from paper.kept import SHIPPED
 from paper.statements import load_statements
 from paper.table import COLUMNS, KEPT, PLACE, Results, compare, read_declared, split_key
+from paper.verdicts import judge
 
 VALUES = {
     "dispersion.380 ms window.nmi.slow": {"value": 0.58, "low": 0.5, "high": 0.6, "n": 30},
     "gradient.fastest.common.-0.0827": {"value": 4.86, "low": 4.8, "high": 4.9, "n": 8},
     "wall.defined": 122,
     "complete.peak.exponential": 0.0790123456789,
-    "wall.near.constant": {"undefined": "no contact"},
+    "wall.near.uniform": {"undefined": "no contact"},
 }
 
 
@@ -40,7 +45,7 @@ def test_a_table_is_what_was_written(tmp_path):
     assert compare(made.table, read.table, 1e-8).empty
     assert read.get("dispersion.380 ms window.nmi.slow") == (0.58, 0.5, 0.6, 30)
     assert read.get("wall.defined") == (122, 122, 122, 1)
-    assert np.isnan(read.get("wall.near.constant").value)
+    assert np.isnan(read.get("wall.near.uniform").value)
     assert read.get("wall.near.linear") is None
 
 
@@ -121,3 +126,75 @@ def test_another_antenna_is_compared_with_the_exponential_one():
     assert found[["quantity", "group", "first", "second"]].values.tolist() == [
         ["complete.peak", "exponential", 0.079, 0.08]
     ]
+
+
+ASKED = {
+    "sets": 4,
+    "train": 4,
+    "copies": 2,
+    "draws": 20,
+    "seed": 3,
+    "absolute": [0.03],
+    "relative": [0.3],
+    "shapes": ("ball", "box"),
+    "locations": (0.5, 0.9),
+}
+NAMES = ("exponential", "uniform")
+
+
+def make_touch(size):
+    """Touches whose tensor says by one sensor each which class they are; ``size`` by antenna."""
+
+    def touch(antenna, trials, *, duration, save, **options):
+        angle = np.zeros((len(trials), 10, 30))
+        for tensor, trial in zip(angle, trials, strict=True):
+            kind = 2 * (trial.feature.kind == "box") + (trial.feature.size > 2.2)
+            tensor[kind] = tensor[4 + (trial.location > 0.7)] = 1.0
+        angle *= size[antenna.name]
+        return label_units(
+            xr.Dataset(
+                {"angle": (("trial", "sensor", "time"), angle)},
+                coords={"time": np.arange(30.0)},
+            )
+        )
+
+    return touch
+
+
+def find_values(monkeypatch, size):
+    monkeypatch.setattr(front, "touch", make_touch(size))
+    antennas = {name: cockroach(name) for name in NAMES}
+    found = front.compute(antennas, {"slow": 0.06}, ASKED)
+    fast = front.compute({NAMES[0]: antennas[NAMES[0]]}, {"fast": 0.6}, ASKED)
+    assert found.dims == ("antenna", "speed", "set", "level", "case") and found.shape[2] == 4
+    return found, front.list_values(found) | front.list_values(fast)
+
+
+def judge_front(values):
+    results = Results.make(values)
+    return {
+        one.id: judge(one, results, "paper")
+        for one in load_statements()
+        if one.section == "front"
+    }
+
+
+def test_a_larger_signal_is_classified_better_in_absolute_noise_only(monkeypatch):
+    found, values = find_values(monkeypatch, {"exponential": 1.0, "uniform": 0.005})
+    mean = found.mean("set").isel(speed=0)
+    assert (mean.sel(antenna="exponential") > 0.9).all()
+    assert (mean.sel(antenna="uniform", level="absolute 0.03") < 0.8).all()
+    assert (mean.sel(antenna="uniform", level="relative 0.3") > 0.9).all()
+    gradient = judge_front(values)["front-gradient"]
+    held = dict(zip(gradient.statement.readings, gradient.findings[0].agrees, strict=True))
+    assert all(held[name] for name in held if "absolute" in name and "ideal" not in name)
+    assert not any(held[name] for name in held if "relative" in name)
+    assert gradient.word == "holds under some readings only"
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6])
+def test_equal_antennas_and_speeds_bear_out_nothing(monkeypatch, size):
+    _, values = find_values(monkeypatch, dict.fromkeys(NAMES, size))
+    judged = judge_front(values)
+    assert len(judged) == 2
+    assert not any(agree for one in judged.values() for agree in one.findings[0].agrees)

@@ -10,10 +10,7 @@ from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.presets import make_preset
 
 CHAINS = ("chain", "chain-consistent")
-DYNAMIC = (
-    *CHAINS,
-    "mujoco",
-)  # with MuJoCo's contact and all inertia; the rod has laws of its own
+DYNAMIC = (*CHAINS, "mujoco")
 HOOK = Outline(vertices=((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2)))
 
 
@@ -82,3 +79,16 @@ def compute_kinetic(antenna: Antenna, motion: Motion, rate: np.ndarray) -> np.nd
 def compute_spring(antenna: Antenna, motion: Motion) -> np.ndarray:
     """Elastic energy at each sample."""
     return 0.5 * (antenna.stiffness * (motion.angle - antenna.rest_angle) ** 2).sum(axis=1)
+
+
+FORCES = ("base_force", "base_moment", "work")
+
+
+def check_alike(
+    ours: Motion, theirs: Motion, slack: float, share: float, names: tuple = FORCES
+) -> None:
+    """Angles and bases agree to ``slack``, all else to a share of its greatest value."""
+    for name in ("angle", "base", *names):
+        got, wanted = getattr(ours, name), getattr(theirs, name)
+        limit = share * np.nanmax(np.abs(wanted)) if name in names else slack
+        np.testing.assert_allclose(got, wanted, rtol=0, atol=limit, err_msg=name)

@@ -9,10 +9,10 @@ from scipy.interpolate import CubicSpline
 from feeler.objects.motion import BaseMotion
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Clock, Scene
+from feeler.physics.scene import Clock, Path, Scene
 
 from .mesh import run_like_mujoco
-from .scenes import CHAINS, DYNAMIC, compute_kinetic, compute_spring, make_stub, shake, touch
+from .scenes import DYNAMIC, compute_kinetic, compute_spring, make_stub, shake, touch
 
 
 def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
@@ -37,11 +37,9 @@ def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_a_base_at_constant_velocity_is_objects_that_come_the_other_way(engine, contact):
-    scene, clock, velocity = (
-        touch(n=20, contact=contact, approach=77.7),
-        Clock(duration=15, timestep=0.02),
-        (0.2, -0.1),
-    )
+    scene = touch(n=20, contact=contact, approach=77.7)
+    clock = Clock(duration=15, timestep=0.02)
+    velocity = (0.2, -0.1)
     moved = tuple(
         item.replace(velocity=tuple(np.add(item.velocity, velocity))) for item in scene.objects
     )
@@ -55,27 +53,12 @@ def test_a_base_at_constant_velocity_is_objects_that_come_the_other_way(engine, 
     np.testing.assert_allclose(going.base, clock.time[:, None] * [*velocity, 0.0], atol=1e-12)
 
 
-@pytest.mark.parametrize("engine", CHAINS)
-def test_a_base_alone_is_objects_that_come(engine):
-    """An object that waits, met by a base, is the object that meets a base that waits."""
-    scene, clock = touch(n=20, contact="smooth"), Clock(duration=15, timestep=0.02)
-    velocity = scene.objects[0].velocity
-    waits = (scene.objects[0].replace(velocity=(0.0, 0.0)),)
-    coming = BaseMotion(velocity=tuple(-np.array(velocity)))
-    met = run_scene(replace(scene, objects=waits, base_motion=coming), clock, engine)
-    np.testing.assert_allclose(met.angle, run_scene(scene, clock, engine).angle, atol=1e-10)
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_scene_on_a_base_elsewhere_is_the_same_scene(engine):
-    scene, clock = (
-        touch("box", n=20, contact="smooth", approach=77.7),
-        Clock(duration=15, timestep=0.02),
-    )
-    here, there = (
-        run_scene(scene, clock, engine),
-        run_scene(carry(scene, (3.0, -2.0, 0.7)), clock, engine),
-    )
+    scene = touch("box", n=20, contact="smooth", approach=77.7)
+    clock = Clock(duration=15, timestep=0.02)
+    here = run_scene(scene, clock, engine)
+    there = run_scene(carry(scene, (3.0, -2.0, 0.7)), clock, engine)
     c, s = np.cos(0.7), np.sin(0.7)
     np.testing.assert_allclose(there.angle, here.angle, atol=1e-10)
     np.testing.assert_allclose(there.force, here.force @ [[c, -s], [s, c]], atol=1e-9)
@@ -167,3 +150,24 @@ def test_a_base_spends_what_the_antenna_holds_and_loses(engine):
         1e-3 * found.work[:, 0], held - held[0] + lost, atol=1e-3 * held.max()
     )
     assert lost[-1] > 0.01 * held.max()
+
+
+@pytest.mark.further
+@pytest.mark.parametrize("engine", DYNAMIC)
+def test_at_rest_forces_cancel_and_the_base_holds_the_first_spring(engine):
+    scene = touch(n=8, size=0.5, contact="smooth", friction=0.5, speed=0.05)
+    velocity = scene.objects[0].velocity
+    scene = replace(
+        scene,
+        paths=(Path(velocity=(velocity, (0.0, 0.0)), end=(6.0,)),),
+        gravity=(0.0, -9.81e-3),
+    )
+    found = run_scene(scene, Clock(duration=400, sample_interval=50, timestep=0.05), engine)
+    antenna = scene.antenna
+    assert np.abs(found.velocity[-1]).max() < 1e-7
+    assert np.hypot(*found.force[-1]) > 1e-5
+    weight = antenna.segment_mass.sum() * np.array(scene.gravity)
+    total = found.base_force[-1] + found.force[-1] + weight
+    np.testing.assert_allclose(total, 0.0, atol=1e-4 * np.hypot(*found.force[-1]))
+    bend = antenna.stiffness[0] * (antenna.rest_angle[0] - found.angle[-1, 0])
+    assert found.base_moment[-1] == pytest.approx(bend, rel=1e-4)

@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
-from feeler.antenna.modes import compute_mass_matrix
-from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput, SimulationDivergedError
+from feeler.antenna.segments import Antenna, compute_mass_matrix
+from feeler.errors import InvalidInput
 from feeler.objects import Trial, Wall, make_feature
 from feeler.objects.bodies import Object
 from feeler.objects.distance import compute_clearance
 from feeler.physics.chain.fields import B_PULL_X
 from feeler.physics.chain.stepper import ChainStepper
-from feeler.physics.contact import Contact, _compute_invweight, get_contact
+from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.run import advance, run_scene, simulate
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
@@ -136,17 +135,8 @@ def test_a_free_collision_gives_its_impulse_to_the_chain(n, engine):
     assert errors[1] < 0.7 * errors[0] or errors[1] < 1e-6
 
 
-@pytest.mark.parametrize("engine", CHAINS)
-def test_a_collision_gives_no_more_energy_than_the_object_spends(engine):
-    scene, h = hit(3), 1e-3
-    motion = run_scene(scene, Clock(duration=1.5, sample_interval=h, timestep=h), engine)
-    work = h * (motion.force @ np.asarray(scene.objects[0].velocity)).sum()
-    energy = compute_energy(scene.antenna, motion)[-1]
-    assert 0 < energy < 1.01 * work
-
-
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
-@pytest.mark.parametrize("profile", ["exponential", "constant"])
+@pytest.mark.parametrize("profile", ["exponential", "uniform"])
 def test_consistent_scheme_is_stable_at_the_largest_timestep(profile, contact):
     """Half the contact's time constant, the fastest of the paper's touches, the stiffest
     damping.
@@ -186,36 +176,6 @@ def test_damping_only_takes_energy():
     assert energy[-1] < 0.5 * energy[0]
 
 
-def test_turning_the_base_turns_nothing_else():
-    scene = Scene(
-        antenna=make_preset("cockroach"), angle=np.random.default_rng(9).normal(0, 0.01, 140)
-    )
-    clock = Clock(duration=5, timestep=0.02)
-    level, turned = (
-        run_scene(scene, clock, "chain"),
-        run_scene(replace(scene, base=(0.0, 0.0, 1.234)), clock, "chain"),
-    )
-    np.testing.assert_allclose(turned.angle, level.angle, atol=1e-13)
-
-
-@pytest.mark.parametrize("kind", ["ball", "triangle"])
-def test_mirrored_touch_is_the_mirror_image(kind):
-    clock = Clock(duration=10, timestep=0.02)
-    left, right = (
-        run_scene(touch(kind, side=side), clock, "chain") for side in ("left", "right")
-    )
-    assert np.abs(left.angle).max() > 0.01
-    np.testing.assert_allclose(right.angle, -left.angle, atol=1e-12)
-    np.testing.assert_allclose(right.force * [-1, 1], left.force, atol=1e-12)
-
-
-def test_nothing_moves_before_contact_and_the_object_pushes_forward():
-    motion = run_scene(touch(lead=2.5), Clock(duration=6, timestep=0.02), "chain")
-    assert np.abs(motion.angle[motion.time < 2.5]).max() < 1e-15
-    assert np.all(motion.force[motion.time < 2.5] == 0)
-    assert motion.force[4:, 0].mean() > 0
-
-
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_frictionless_ball_pushes_through_its_centre(engine):
     """Along the line from the centre to the nearest point of the one segment."""
@@ -224,10 +184,8 @@ def test_frictionless_ball_pushes_through_its_centre(engine):
     pushed = np.flatnonzero(motion.force[:, 0] > 1e-7)
     assert pushed.size > 5
     for k in pushed:  # the force belongs to the state before the sample
-        (start, end), centre = (
-            scene.antenna.shape(motion.angle[k - 1]),
-            find_centre(scene, 0.15, h * (k - 1)),
-        )
+        (start, end) = scene.antenna.shape(motion.angle[k - 1])
+        centre = find_centre(scene, 0.15, h * (k - 1))
         share = (centre - start) @ (end - start) / np.sum((end - start) ** 2)
         away = start + share * (end - start) - centre
         assert 0 < share < 1
@@ -303,28 +261,6 @@ def test_lanes_have_the_bits_of_single_runs(engine):
                 ), name
 
 
-def test_a_diverging_trial_is_named_and_the_rest_survives():
-    good = touch()
-    bad = replace(good, velocity=np.full(30, 1e200), label="much too fast")
-    clock = Clock(duration=3, timestep=0.02)
-    first, second, third = simulate([good, bad, good], clock, engine="chain")
-    assert isinstance(second, SimulationDivergedError)
-    assert "much too fast" in str(second)
-    assert second.time == 1.0
-    assert np.isfinite(second.angle).all()
-    assert np.array_equal(first.angle, third.angle)
-    with pytest.raises(SimulationDivergedError, match="much too fast"):
-        run_scene(bad, clock, "chain")
-
-
-def test_samples_are_states_at_their_times():
-    scene = touch()
-    fine = run_scene(scene, Clock(duration=5, sample_interval=0.1, timestep=0.02), "chain")
-    coarse = run_scene(scene, Clock(duration=5, sample_interval=1.0, timestep=0.02), "chain")
-    assert np.array_equal(coarse.angle, fine.angle[::10])
-    assert np.array_equal(coarse.angle[0], scene.initial_angle)
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("ends", [(0.4,), (0.06, 0.4), (0.02, 0.04, 1.0)])
 def test_a_leg_ends_at_its_step(engine, ends):
@@ -372,21 +308,6 @@ def test_the_largest_timestep_is_half_the_contact_s_time_constant(engine):
     get_engine(engine).make([scene], 0.15)
     with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms"):
         get_engine(engine).make([scene], 0.15 * (1 + 1e-6))
-
-
-def test_invweight_is_the_dense_inverse():
-    antenna = uniform(9)
-    s, half = antenna.hinge_position, antenna.segment_length / 2
-    jacobian = np.maximum(s[:, None] + half[:, None] - s[None, :], 0.0) * np.tri(9)
-    dense = (
-        np.einsum(
-            "ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian
-        )
-        / 3
-    )
-    np.testing.assert_allclose(
-        _compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8
-    )
 
 
 @pytest.mark.parametrize("damped", [False, True])

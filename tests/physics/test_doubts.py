@@ -28,7 +28,7 @@ def make_whisker(density: float = 1.4e-3, modulus: float = 5000.0) -> feeler.Ant
     )
 
 
-@pytest.mark.parametrize("engine", [*DYNAMIC, "rod"])
+@pytest.mark.parametrize("engine", DYNAMIC)
 def test_every_engine_says_how_deep_contacts_sank(engine):
     """The greatest depth in any step, over the smaller radius, so it never falls."""
     scene = touch(n=12, size=0.5, contact="smooth")

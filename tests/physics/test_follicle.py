@@ -10,6 +10,7 @@ from feeler.objects.motion import Flow
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
+from tests.physics.scenes import FORCES, check_alike
 from tests.physics.test_space import CARRIED, compare, hit, make, shake
 
 pytestmark = pytest.mark.long
@@ -39,14 +40,7 @@ def test_free_motion_is_mujoco_to_rounding(follicle, flow, planes):
     )
     ours, theirs = compare(scene, Clock(duration=10, timestep=0.01))
     assert np.abs(theirs.angle).max() > 1.0
-    for name in ("angle", "base"):
-        np.testing.assert_allclose(
-            getattr(ours, name), getattr(theirs, name), rtol=0, atol=1e-12
-        )
-    for name in ("base_force", "base_moment", "work"):
-        scale = np.abs(getattr(theirs, name)).max()
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-9 * scale)
+    check_alike(ours, theirs, 1e-12, 1e-9)
 
 
 @pytest.mark.parametrize("kind", ["ball", pytest.param("peg", marks=pytest.mark.slow)])
@@ -58,14 +52,7 @@ def test_contact_is_mujoco(kind):
     )
     ours, theirs = compare(scene, Clock(duration=60, sample_interval=2.0, timestep=0.02))
     assert np.linalg.norm(theirs.force, axis=1).max() > 1e-4
-    for name in ("angle", "base"):
-        np.testing.assert_allclose(
-            getattr(ours, name), getattr(theirs, name), rtol=0, atol=1e-9
-        )
-    for name in ("force", "base_force", "base_moment", "work"):
-        scale = np.nanmax(np.abs(getattr(theirs, name)))
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-7 * scale)
+    check_alike(ours, theirs, 1e-9, 1e-7, ("force", *FORCES))
 
 
 def test_lanes_with_and_without_a_follicle_do_not_know_each_other():

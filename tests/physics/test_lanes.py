@@ -83,11 +83,9 @@ def test_a_saved_lane_goes_on_with_the_same_bits(engine):
 @pytest.mark.parametrize("engine", CHAINS)
 @pytest.mark.parametrize("new", ["same", "more objects", "more corners", "none"])
 def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
-    scenes, balls = (
-        many()[:-1],
-        tuple(
-            Object(feature=Ball(radius=0.3), place=(x, 8.0)) for x in (0.45, -0.45, 3.0, 4.0)
-        ),
+    scenes = many()[:-1]
+    balls = tuple(
+        Object(feature=Ball(radius=0.3), place=(x, 8.0)) for x in (0.45, -0.45, 3.0, 4.0)
     )
     scene = {
         "same": scenes[2],
@@ -95,11 +93,9 @@ def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
         "more corners": touch(HOOK, contact="smooth"),
         "none": Scene(antenna=scenes[0].antenna, angle=np.full(30, 0.01)),
     }[new]
-    stepper, untouched, fresh = (
-        make(engine, scenes),
-        make(engine, scenes),
-        make(engine, [scene]),
-    )
+    stepper = make(engine, scenes)
+    untouched = make(engine, scenes)
+    fresh = make(engine, [scene])
     for each in (stepper, untouched):
         each.step(150)
     stepper.reset(2, scene)
@@ -130,10 +126,8 @@ def test_contacts_add_up_and_lie_on_their_segments(engine):
             np.testing.assert_allclose(state.force[lane, : len(total)], total, atol=1e-15)
             np.testing.assert_allclose(np.hypot(*found.normal.T), 1.0, atol=1e-12)
             assert np.all(found.distance < 0)
-            first, last = (
-                antenna.hinge_position / antenna.length,
-                np.cumsum(antenna.segment_length) / antenna.length,
-            )
+            first = antenna.hinge_position / antenna.length
+            last = np.cumsum(antenna.segment_length) / antenna.length
             assert np.all(
                 (found.place >= first[found.segment - 1] - 1e-12)
                 & (found.place <= last[found.segment - 1] + 1e-12)

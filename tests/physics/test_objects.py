@@ -13,7 +13,7 @@ from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 
 from .mesh import run_like_mujoco
-from .scenes import CHAINS, DYNAMIC, compute_energy, touch
+from .scenes import DYNAMIC, compute_energy, touch
 
 SHAPES = {
     "ball": Ball(radius=0.5),
@@ -107,20 +107,6 @@ def test_a_far_object_changes_nothing(engine):
     )
     np.testing.assert_allclose(both.angle, alone.angle, atol=1e-12)
     np.testing.assert_allclose(both.force, alone.force, atol=1e-12)
-
-
-@pytest.mark.parametrize("engine", CHAINS)
-def test_the_order_of_objects_changes_nothing(engine):
-    scene, clock = (
-        surround(touch(n=12, size=0.5, contact="smooth"), "box"),
-        Clock(duration=12, timestep=0.02),
-    )
-    found = [
-        run_scene(s, clock, engine)
-        for s in (scene, replace(scene, objects=scene.objects[::-1]))
-    ]
-    np.testing.assert_allclose(found[1].angle, found[0].angle, atol=1e-10)
-    np.testing.assert_allclose(found[1].force, found[0].force, atol=1e-10)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -43,7 +43,7 @@ def read_all(simulation: feeler.Simulation) -> list:
 @pytest.mark.parametrize("ms", [0.0, 1.0, 6.0])
 @pytest.mark.parametrize(
     ("engine", "space"),
-    [(e, s) for e in ENGINES for s in (False, True) if not (s and "rod" in e)],
+    [(e, s) for e in ENGINES for s in (False, True)],
 )
 def test_a_copy_goes_on_to_the_last_bit_and_independently(engine, space, ms, copying):
     original = feeler.Simulation(make_antenna(space), BALL, engine=engine, gravity=(0.0, -1e-3))
@@ -145,7 +145,6 @@ OTHERS = {
     "path": ({"base": shake(20.0)}, "base motion"),
     "engine": ({"engine": "mujoco"}, "engine mujoco for chain-consistent; timestep 0.02 ms"),
     "scheme": ({"engine": "chain", "timestep": 0.05}, "engine chain for chain-consistent"),
-    "rod": ({"engine": "rod"}, "engine rod for chain-consistent"),
 }
 
 
@@ -209,7 +208,7 @@ def one_base_y(left, fresh: feeler.Simulation) -> float:
 
 @pytest.mark.parametrize(
     ("engine", "space"),
-    [(e, s) for e in ENGINES if e != "rod" for s in (False, True) if not (s and "rod" in e)],
+    [(e, s) for e in ENGINES for s in (False, True)],
 )
 def test_a_base_that_leaves_a_path_goes_on_from_where_it_is(engine, space):
     """The path does not begin at the origin."""

@@ -17,6 +17,7 @@ from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.spec import _compile_model
+from tests.physics.scenes import FORCES, check_alike
 from tests.physics.test_space import CARRIED, make
 
 pytestmark = pytest.mark.long
@@ -49,11 +50,7 @@ def compare(scene: Scene, engine: str, slack: float, duration: float = 60.0) -> 
     ours, theirs = run_scene(scene, clock, engine), run_scene(scene, clock, "mujoco")
     assert np.linalg.norm(theirs.force, axis=1).max() > 1e-4
     assert np.abs(theirs.angle).max() > 0.1
-    np.testing.assert_allclose(ours.angle, theirs.angle, rtol=0, atol=slack)
-    for name in ("force", "base_force", "base_moment", "work", "contact_place", "sink"):
-        scale = np.nanmax(np.abs(getattr(theirs, name)))
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e2 * slack * scale)
+    check_alike(ours, theirs, slack, 1e2 * slack, ("force", "contact_place", "sink", *FORCES))
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,12 @@ from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Peg
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model
-from feeler.physics.contact import _find_invweight
 from feeler.physics.engine import get_engine
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.physics.simulation import Simulation, Simulations
-from feeler.physics.spec import _compile_model
+
+from .scenes import FORCES, check_alike
 
 pytestmark = pytest.mark.long
 
@@ -63,12 +63,6 @@ def compare(scene: Scene, clock: Clock) -> tuple[Motion, Motion]:
     return run_scene(scene, clock, "chain"), run_scene(scene, clock, "mujoco")
 
 
-def test_inverse_weights_are_mujocos():
-    antenna = make(3)
-    weights = _compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
-    np.testing.assert_allclose(_find_invweight(antenna), weights, rtol=1e-11)
-
-
 @pytest.mark.parametrize("planes", [2, 3])
 @pytest.mark.parametrize(
     "base", [None, CARRIED, shake(10.0)], ids=["still", "carried", "shaken"]
@@ -80,14 +74,7 @@ def test_free_motion_is_mujoco_to_rounding(planes, base):
     scene = Scene(antenna=antenna, angle=angle, gravity=(0.0, -9.8e-3, 1e-3), base_motion=base)
     ours, theirs = compare(scene, Clock(duration=10, timestep=0.01))
     assert np.abs(theirs.angle).max() > 1.0
-    for name, slack in (("angle", 1e-12), ("base", 1e-12)):
-        np.testing.assert_allclose(
-            getattr(ours, name), getattr(theirs, name), rtol=0, atol=slack
-        )
-    for name in ("base_force", "base_moment", "work"):
-        scale = np.abs(getattr(theirs, name)).max()
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-9 * scale)
+    check_alike(ours, theirs, 1e-12, 1e-9)
 
 
 CASES = [
@@ -107,11 +94,7 @@ def test_contact_is_mujoco(kind, friction):
     ours, theirs = compare(scene, Clock(duration=60, sample_interval=2.0, timestep=0.02))
     assert np.linalg.norm(theirs.force, axis=1).max() > 1e-4
     assert np.abs(theirs.angle).max() > 0.1
-    np.testing.assert_allclose(ours.angle, theirs.angle, rtol=0, atol=1e-9)
-    for name in ("force", "base_force", "base_moment", "work", "contact_place"):
-        scale = np.nanmax(np.abs(getattr(theirs, name)))
-        got, wanted = getattr(ours, name), getattr(theirs, name)
-        np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-7 * scale)
+    check_alike(ours, theirs, 1e-9, 1e-7, ("force", "contact_place", *FORCES))
 
 
 def test_a_peg_along_the_antenna_has_two_contacts_as_in_mujoco():
@@ -254,12 +237,6 @@ def test_a_planar_antenna_stays_in_its_plane(fields):
         Scene(antenna=make().flatten(), **fields)
 
 
-@pytest.mark.parametrize("engine", ["rod", "rod-inertia"])
-def test_rods_refuse_space_by_name(engine):
-    with pytest.raises(InvalidInput, match="rod engine works in the plane"):
-        run_scene(Scene(antenna=make()), Clock(duration=2, timestep=0.05), engine)
-
-
 def test_antennae_of_planes_and_of_space_share_no_lanes():
     with pytest.raises(InvalidInput, match="of planes for all"):
         Simulations([Scene(antenna=make(2)), Scene(antenna=make(3))])
@@ -285,30 +262,6 @@ def _paper(antenna):
 def test_what_works_in_the_plane_only_says_so(verb):
     with pytest.raises(InvalidInput, match=r"works in the plane.*antenna\.flatten\(\)"):
         verb(make(2))
-
-
-def test_planes_are_compared_as_more_sensors():
-    """Groups of touches in space hold one plane's sensors after the other's."""
-    from feeler.decoding.curves import list_groups
-
-    antenna = make(2)
-    sets = {
-        name: feeler.touch(
-            one,
-            [feeler.Trial(feature=Ball(radius=0.7), location=0.6, speed=0.2, azimuth=40.0)] * 2,
-            duration=12.0,
-        )
-        for name, one in (
-            ("one", antenna),
-            ("other", antenna.replace(stiffness=2 * antenna.stiffness)),
-        )
-    }
-    for name, (array, _) in list_groups(sets, reference="one")["profile"].items():
-        angle = sets[name]["angle"]
-        assert array.shape == (2, 2 * angle.sizes["sensor"], angle.sizes["time"])
-        n = angle.sizes["sensor"]
-        peak = max(float(data["angle"].max()) for data in sets.values())
-        np.testing.assert_allclose(array[:, n:], angle.isel(plane=1).clip(min=0) / peak)
 
 
 def test_a_motion_turns_what_stands_turned():

@@ -1,32 +1,41 @@
 """What stands on an axis is the number that was computed, in the unit that the axis names."""
 
-from types import SimpleNamespace
+from itertools import combinations
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from feeler.analysis import Interval
-from feeler.decoding.sweeps import Sweep
-from feeler.plotting.antennas import MovingAntenna, plot_profiles
+import feeler
+from feeler import records as shown
+from feeler.antenna.files import save_antenna
+from feeler.cli.choose import _name_antennas
+from feeler.objects import Box
+from feeler.plotting import tensors as touch_movie
+from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, plot_profiles
 from feeler.plotting.results import (
-    Shapes,
-    plot_approach,
     plot_bases,
-    plot_index,
-    plot_kinds,
-    plot_raster,
-    plot_sweep,
     plot_touch_spikes,
+)
+from feeler.plotting.style import (
+    ANTENNA_COLOURS,
+    BASIS_COLOURS,
+    FEATURE_COLOURS,
+    NOISE_COLOURS,
+    PALETTE,
+    PROFILE_COLOURS,
+    pick_colours,
+    set_decades,
+    style,
+    unjoin,
 )
 from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
 from feeler.tensors.schema import label_units
-from feeler.wall import Posture, WallTouch
-from feeler.wall.distance import _fit_distance
-from paper import fig3, fig6, figS1
+from tests.tensors._touches import antenna
 
 
 @pytest.fixture
@@ -121,45 +130,6 @@ def test_a_moving_antenna_has_its_dots_on_the_hinges_that_are_sensed_and_its_col
     np.testing.assert_allclose(line.get_linewidth(), np.maximum(wide, 2.4))
 
 
-@pytest.mark.parametrize("points", [2, 5], ids=["bars", "a band"])
-def test_accuracy_and_noise_are_in_per_cent(ax, points):
-    noisy = np.array([[0.9, 1.0], *[[0.4, 0.6]] * (points - 1)])
-    empty = dict.fromkeys(("hits", "confusion", "kept_noisy", "kept_clean"), noisy)
-    plot_sweep(
-        Sweep(
-            ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty
-        ),
-        ax,
-    )
-    np.testing.assert_allclose(read(ax.lines[0])[[0, -1]], [[5, 95], [30, 50]])
-    spread = ax.collections[0].get_paths()
-    assert len(spread) == (
-        2 if points == 2 else 1
-    )  # two points are not joined, by a band neither
-    ends = np.concatenate([path.vertices for path in spread])[:, 1]
-    assert (ends.min(), ends.max()) == pytest.approx((40, 100))  # mean ± 1 sd
-
-
-def test_units_of_either_side_are_named_after_the_bending_that_they_answer(ax):
-    times = np.array([[1.0, np.nan], [2.0, 3.0], [4.0, np.nan], [5.0, 6.0]])
-    plot_raster(times, ax, np.array([1, 1, -1, -1]), lead=7.0)
-    drawn = {line.get_label(): read(line).tolist() for line in ax.lines[:2]}
-    assert drawn == {
-        "bent towards +x": [[1, 1], [2, 2], [3, 2]],
-        "bent towards −x": [[4, 1], [5, 2], [6, 2]],
-    }
-    assert name(ax) == ("time [ms]", "unit (base → tip)")
-
-
-def test_units_around_an_antenna_in_space_are_named_after_their_side(ax):
-    times = np.arange(6.0)[:, None]
-    around = np.array([0, 0, 90, 90, 30, 30])
-    plot_raster(times, ax, np.array([1, -1, 1, -1, 1, -1]), around=around)
-    drawn = {line.get_label(): read(line).tolist() for line in ax.lines[:6]}
-    names = ("+x", "−x", "+z", "−z", "30°", "210°")
-    assert drawn == {f"bent towards {name}": [[k, 1]] for k, name in enumerate(names)}
-
-
 def test_of_a_touch_in_space_both_planes_of_bending_stand_above_its_spikes():
     tensor = np.random.default_rng(0).normal(size=(3, 2, 6))
     times, rate = np.array([[3.5], [4.0]]), np.ones((2, 6))
@@ -189,120 +159,163 @@ def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
     assert (bar.get_ylabel(), mean.get_ylabel()) == ("angle [°]", "mean rate [Hz]")
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_a_wall_that_slid_has_left_the_antenna_as_it_is_in_the_end(side):
-    """Two motions of three samples: the last ones, and no place of a bend without contact."""
-    antenna, rng = cockroach(), np.random.default_rng(1)
-    angles = rng.uniform(-0.02, 0.03, (2, 3, antenna.n_segments))
-    motions = tuple(SimpleNamespace(angle=angle) for angle in angles)
-    distance = np.array([[9.0, 8.0, 7.0], [6.0, 5.0, 4.0]])
-    posture = Posture(side=side, prebend="none")
-    touch = WallTouch(
-        antenna=antenna, posture=posture, motions=motions, distance=distance, speed=0.3
-    )
-    shapes = Shapes.of_slides(touch)
-    np.testing.assert_array_equal(shapes.points, touch.points[:, -1])
-    np.testing.assert_array_equal(shapes.wall, posture.sign * distance[:, -1])
-    np.testing.assert_array_equal(shapes.contact, touch.contact[:, -1])
-    np.testing.assert_array_equal(np.isfinite(shapes.peak).all(axis=1), touch.contact[:, -1])
+def test_each_basis_fills_its_place_up_to_its_own_greatest_value_and_no_more():
+    ax = Figure().subplots()
+    short, long = np.full((1, 2, 3), 0.5), np.arange(1.0, 25.0).reshape(2, 2, 6)
+    plot_bases({"short": short, "long": long}, 1.0, ax)
+    (image,) = ax.get_images()
+    mosaic = np.ma.filled(image.get_array(), np.nan)
+    upper, lower = mosaic[:2], mosaic[3:]  # a gap of one row and column between bases
+    assert (
+        np.nansum(upper) == 6 and np.isnan(upper[:, 3:]).all()
+    )  # 2 sensors × 3 lags of 1; no second basis
+    assert np.nanmax(lower[:, :6]) == np.nanmax(lower[:, 7:]) == 1
+    np.testing.assert_array_equal(lower[:, :6], long[0][::-1] / long[0].max())  # tip upwards
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["short", "long"]
 
 
-@pytest.mark.parametrize("side", [1, -1], ids=["right", "left"])
-def test_a_wall_that_comes_nearer_is_drawn_where_it_stands(ax, side):
-    walls, points = side * np.array([9.0, 7.0, 5.0]), np.arange(18.0).reshape(3, 3, 2)
-    met = np.ones(3, dtype=bool)
-    shapes = Shapes(points=points, wall=walls, peak=points[:, 1], contact=met, inverted=met)
-    plot_approach({"a": shapes}, [ax], every=2)
-    drawn = [line for line in ax.lines if line.get_linestyle() == "--"]
-    assert [line.get_xdata()[0] for line in drawn] == walls[::2].tolist()
-    assert [text.get_text() for text in ax.figure.legends[0].get_texts()] == [
-        *("9", "5"),
-        "greatest bend",
+def test_decades_have_plain_numbers_and_nothing_between():
+    with style():
+        figure = Figure()
+        ax = figure.subplots()
+        ax.plot([0, 1], [1e-3, 1e2])
+        set_decades(ax)
+        figure.draw_without_rendering()
+    assert {"0.001", "0.1", "10"} <= {label.get_text() for label in ax.get_yticklabels()}
+    assert not ax.yaxis.get_minorticklocs().size
+
+
+@pytest.mark.parametrize(("n_points", "joined"), [(2, False), (4, False), (5, True)])
+def test_a_line_joins_five_points_and_more(n_points, joined):
+    figure = Figure()
+    ax = figure.subplots()
+    (marked,) = ax.plot(np.arange(n_points), "o-", label="measured")
+    (fitted,) = ax.plot([0, 1], [0, 1], "--")
+    ax.bar([0, 1], [1, 2], yerr=[0.1, 0.1])
+    ax.errorbar([0, 1], [1, 2], yerr=0.1, fmt="none")
+    legend = ax.legend()
+    unjoin(figure)
+    assert (marked.get_linestyle() == "-") is joined
+    assert (legend.get_lines()[0].get_linestyle() == "-") is joined
+    assert fitted.get_linestyle() == "--"
+
+
+MEANINGS = {
+    "profiles": {*PROFILE_COLOURS.values()},
+    "features": {*FEATURE_COLOURS.values()},
+    "bases": {*BASIS_COLOURS},
+    "noise": {*NOISE_COLOURS.values()},
+    "others": {*PALETTE},
+    "speeds": {to_hex(shade) for shade in mpl.colormaps["viridis"](np.linspace(0, 0.85, 3))},
+    "what is touched": {OBJECT_COLOUR},
+    "the antenna": {*ANTENNA_COLOURS},
+}
+
+
+@pytest.mark.parametrize(("one", "other"), combinations(MEANINGS, 2))
+def test_no_colour_has_two_meanings(one, other):
+    assert not {*map(to_hex, MEANINGS[one])} & {*map(to_hex, MEANINGS[other])}
+
+
+@pytest.mark.parametrize("names", [("uniform", "linear"), ("linear", "exponential", "uniform")])
+def test_a_profile_keeps_its_colour_in_any_company(names):
+    assert pick_colours(names) == {name: PROFILE_COLOURS[name] for name in names}
+
+
+def test_the_slower_the_darker_in_any_order():
+    found = pick_colours(["0.6 m/s", "0.06 m/s", "0.3 m/s"])
+    light = [sum(to_rgb(found[name])) for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")]
+    assert light == sorted(light) and len({*light}) == 3
+    words = pick_colours(["fast", "slow", "medium"])
+    assert [words[name] for name in ("slow", "medium", "fast")] == [
+        found[name] for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")
     ]
 
 
-def make_dispersion(values):
-    average = {
-        group: Interval(estimate=v.mean(), low=v.min(), high=v.mean() + 0.01)
-        for group, v in values.items()
-    }
-    return SimpleNamespace(
-        groups=tuple(values),
-        values=lambda index, group: values[group],
-        average={"nmi": average},
+def test_what_has_no_colour_of_its_own_takes_one_in_turn():
+    names = ["a", "linear", "b", "exponential", "c", "d", "e"]
+    found = pick_colours(names)
+    assert list(found) == names and len({*found.values()}) == len(names)
+    assert found["linear"] == PROFILE_COLOURS["linear"]
+    assert pick_colours(names + names[::-1]) == found  # who is asked for twice has one colour
+    assert pick_colours([]) == {}
+
+
+def test_what_is_touched_has_one_colour_in_pictures_and_in_notebooks():
+    assert shown.OBJECT == OBJECT_COLOUR and ANTENNA_COLOURS[0] == shown.INK
+
+
+@pytest.mark.parametrize("name", [*PROFILE_COLOURS, *FEATURE_COLOURS, "slow", "mine"])
+def test_an_antenna_of_one_s_own_takes_no_colour_that_means_something_else(name, tmp_path):
+    """Not even where its file is called as something that has one."""
+    save_antenna(cockroach(), path := tmp_path / f"{name}.toml")
+    chosen = _name_antennas(["exponential", str(path)])
+    assert [*chosen] == ["exponential", name if name == "mine" else f"{name}.toml"]
+    assert pick_colours(chosen)[[*chosen][1]] in PALETTE
+
+
+TRIALS = [
+    feeler.Trial(
+        feature=Box(half_width=1.0, half_height=1.0),
+        location=0.7,
+        speed=0.4,
+        lead=2.0,
+        side=side,
     )
+    for side in ("left", "right")
+]
 
 
-def test_closest_matches_stand_above_their_group_with_their_interval(ax):
-    values = {"fast": np.array([0.2, 0.4]), "slow": np.array([0.5, 0.9])}
-    plot_index(make_dispersion(values), "nmi", ax)
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["fast", "slow"]
-    for place, (bars, (group, found)) in enumerate(
-        zip(ax.containers, values.items(), strict=True)
-    ):
-        middle, _, (error,) = bars
-        assert bars.get_label() == group
-        np.testing.assert_allclose(read(middle), [[place + 0.28, found.mean()]])
-        ends = error.get_segments()[0][:, 1]
-        np.testing.assert_allclose(ends, [found.min(), found.mean() + 0.01])
-    dots = [read(line) for line in ax.lines if line.get_marker() == "."]
-    for place, (drawn, found) in enumerate(zip(dots, values.values(), strict=True)):
-        np.testing.assert_array_equal(drawn[:, 1], found)
-        assert np.all(np.abs(drawn[:, 0] - place) <= 0.15)
+@pytest.fixture(scope="module")
+def touches():
+    options = {"duration": 40.0, "timestep": 0.02, "all_hinges": True}
+    return [feeler.touch(antenna, trial, **options) for trial in TRIALS]
 
 
-def test_a_second_kind_of_code_stands_beside_the_first(ax):
-    one = make_dispersion({"fast": np.array([0.2]), "slow": np.array([0.5])})
-    plot_kinds([one, one], "nmi", ax)
-    dots = np.concatenate([read(line) for line in ax.lines if line.get_marker() == "."])
-    np.testing.assert_allclose(np.sort(np.round(dots[:, 0])), [0, 1, 3, 4])
+def draw(tensors):
+    """The image and the label of its colours."""
+    figure = Figure()
+    plot_touch(tensors, figure)
+    return figure.axes[0].images[0], figure.axes[1].get_ylabel()
 
 
-def test_bases_name_lags_in_milliseconds(ax):
-    plot_bases({"M = 1": np.ones((1, 4, 8))}, 3.0, ax)
-    assert name(ax) == ("lag [ms]", "sensor (base → tip upwards)")
-    assert [label.get_text() for label in ax.get_xticklabels()] == [
-        "0",
-        "21",
-    ]  # the last of 8 lags
+def test_an_antenna_touched_on_both_sides_is_drawn_on_both(touches):
+    """One touch from each side, one after the other, in a record that says no side."""
+    left, right = (one.drop_vars("side") for one in touches)
+    both = left.copy()
+    both["curvature"] = left["curvature"] + right["curvature"].values[:, ::-1]
+    image, label = draw(both)
+    values = both["curvature"].values[0]
+    top = np.abs(values).max()
+    np.testing.assert_array_equal(image.get_array(), values)
+    assert image.get_clim() == (-top, top) and label == "curvature [1/mm]"
+    assert image.get_cmap().name != draw(left)[0].get_cmap().name
 
 
-def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):
-    distance, position = np.array([20.0, 15.0, 10.0, 5.0]), np.array([30.0, 20.0, 10.0, 1.0])
-    used = np.array([True, True, True, False])
-    found = _fit_distance(distance, position, used, ~used, resolution=0.1)
-    fig3.plot_maps({"linear": found}, ax)
-    fitted, rest, line, _ = ax.lines
-    np.testing.assert_array_equal(read(fitted), np.column_stack([position, distance])[:3])
-    np.testing.assert_array_equal(read(rest), [[1.0, 5.0]])
-    np.testing.assert_allclose(read(line), [[10, 10], [30, 20]])
-    assert name(ax) == ("point of greatest curvature [mm from base]", "wall distance [mm]")
-    assert fitted.get_label() == "linear: R² 1.000"
+def test_a_record_without_a_side_hides_nothing(touches):
+    """Of a touch from the right that does not say so, all is negative."""
+    image, _ = draw(touches[1].drop_vars("side"))
+    assert image.get_clim()[0] == -image.get_clim()[1] < 0
 
 
-def test_robot_s_tensors_are_in_degrees(ax):
-    fig6.plot_tensor(np.deg2rad([[1.0, 2.0], [3.0, 4.0]]), ax, "", limit=5.0)
-    (image,) = ax.get_images()
-    np.testing.assert_allclose(image.get_array(), [[1, 2], [3, 4]])
-    assert (image.norm.vmin, image.norm.vmax) == (-5, 5) and list_tensors(ax.figure)[0][
-        "unit"
-    ] == "°"
-
-
-def test_lengths_are_in_per_cent_of_the_antenna():
-    figure, data = Figure(), figS1.compute(seed=1)
-    figS1.plot(data, figure)
-    (ax,) = figure.axes
-    lines = {line.get_label(): read(line) for line in ax.lines}
-    np.testing.assert_allclose(lines["planted"][:, 1], 100 * cockroach().segment_length / 42.0)
-    np.testing.assert_allclose(lines["mean"][:, 1], 100 * data.fit.share.mean(axis=0))
-    np.testing.assert_allclose(lines["sigmoid"][:, 0], (np.arange(140) + 0.5) / 140)
-    assert name(ax) == ("segment number / number of segments", "share of the length [%]")
-
-
-@pytest.mark.parametrize("sensors", [1, 2, 3, 8])
-def test_no_tick_of_a_tensor_lies_between_two_sensors(ax, sensors):
-    plot_tensor(np.zeros((sensors, 4)), np.arange(4.0), ax, Normalize(0, 1))
-    low, high = ax.get_ylim()
-    ticks = [tick for tick in ax.get_yticks() if low <= tick <= high]
-    assert ticks and set(ticks) <= set(range(1, sensors + 1))
+def test_a_film_of_a_touch_from_the_right_is_the_other_turned_over(touches, monkeypatch):
+    films = []
+    monkeypatch.setattr(touch_movie, "write_movie", lambda *given: films.append(given))
+    for trial, tensors in zip(TRIALS, touches, strict=True):
+        touch_movie.write_touch_movie(antenna, trial, tensors, "film.mp4", slower=10.0)
+    seen = []
+    for _, figure, move, count, _ in films:
+        move(count // 2)
+        ax, tensor, _ = figure.axes
+        line = ax.collections[1]
+        places = np.array(line.get_segments())
+        seen.append(
+            (ax.get_xlim(), places, line.get_array(), line.get_clim(), tensor.images[0])
+        )
+    (wide, points, bend, scale, image), (other, mirrored, same, scale_too, image_too) = seen
+    assert other == (-wide[1], -wide[0])
+    np.testing.assert_allclose(mirrored, points * [-1, 1], atol=1e-9)
+    np.testing.assert_allclose(same, bend, atol=1e-9)
+    np.testing.assert_allclose(scale_too, scale, atol=1e-9)
+    np.testing.assert_allclose(image_too.get_array(), image.get_array(), atol=1e-9)
+    assert np.abs(points[..., 0]).max() > 1.0

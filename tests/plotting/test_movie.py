@@ -63,10 +63,8 @@ def written(monkeypatch):
 
 
 def test_a_touch_is_filmed_in_millimetres_up_to_now(written):
-    antenna, trial = (
-        feeler.presets.cockroach(),
-        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
-    )
+    antenna = feeler.presets.cockroach()
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3)
     tensors = feeler.touch(antenna, trial, duration=30.0, all_hinges=True)
     touch_movie.write_touch_movie(antenna, trial, tensors, "film.mp4", slower=20.0)
     figure, draw, count, fps = written[0]

@@ -10,27 +10,22 @@ import numpy as np
 import pytest
 import xarray as xr
 from awkward_touches import make_antenna, make_set
-from matplotlib.colors import Normalize, to_hex
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
 
 from feeler.calibration.hinges import Band
 from feeler.errors import InvalidInput
-from feeler.objects import Ball, Box, Outline, Peg, Trial, Wall, place
-from feeler.objects.meshes import list_solids
+from feeler.objects import Ball, Box, Outline, Trial, Wall
 from feeler.plotting import movie, results
 from feeler.plotting import tensors as touch
-from feeler.plotting.antennas import _SpaceScene, make_patch, plot_profiles
+from feeler.plotting.antennas import make_patch, plot_profiles
 from feeler.plotting.results import (
     Shapes,
     plot_approach,
-    plot_curves,
     plot_maps,
-    plot_raster,
-    plot_shapes,
 )
 from feeler.plotting.style import (
-    pick_colours,
     pick_shades,
 )
 from feeler.presets import make_preset
@@ -155,22 +150,6 @@ def make_shapes(wall, contact, inverted):
     return Shapes(points=points, wall=np.array(wall), peak=points[:, 1] - 0.3, **states)
 
 
-def test_a_hook_a_contact_and_none_have_the_colours_that_the_legend_says():
-    shapes = make_shapes([9.0, 7.0, 5.0], [False, True, True], [False, False, True])
-    ax = Figure().subplots()
-    plot_shapes({"a": shapes}, ax)
-    legend = ax.get_figure().legends[0]
-    said = {
-        text.get_text(): to_hex(mark.get_color())
-        for text, mark in zip(legend.get_texts(), legend.legend_handles, strict=True)
-    }
-    walls, lines = ax.collections
-    words = ["no contact", "in contact, no J", "inverted J in contact"]
-    assert [to_hex(colour) for colour in lines.get_colors()] == [said[one] for one in words]
-    assert {to_hex(colour) for colour in walls.get_colors()} == {said["wall"]}
-    assert to_hex(ax.lines[0].get_color()) == said["greatest bend"]
-
-
 def test_the_wall_of_each_colour_is_the_distance_of_which_the_legend_speaks():
     """Farther walls are darker, and the same distance has one colour in every panel."""
     rows = {
@@ -205,9 +184,9 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     used, none = np.ones(3, dtype=bool), np.zeros(3, dtype=bool)
     maps = {
         "linear": _fit_distance(distance, position, used, none, resolution=0.1),
-        "constant": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
+        "uniform": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
     }
-    assert maps["constant"].undefined
+    assert maps["uniform"].undefined
     ax = Figure().subplots()
     plot_maps(maps, ax)
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
@@ -215,7 +194,7 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     line = np.polynomial.Polynomial.fit(position, distance, 1)
     np.testing.assert_allclose(read(lines[0]), [(x, line(x)) for x in (3.0, 31.0)])
     assert list_legend(ax)[0].startswith("linear: R² 0.9")
-    assert list_legend(ax)[1:] == ["constant: R² undefined", "open: not fitted"]
+    assert list_legend(ax)[1:] == ["uniform: R² undefined", "open: not fitted"]
 
 
 UNEVEN = Outline(vertices=np.array([[0.0, 1.9], [0.0, -0.7], [-2.3, -0.4], [-1.1, 1.5]]))
@@ -252,93 +231,6 @@ def test_of_an_antenna_in_space_the_plane_towards_z_is_dashed_and_wide_spans_are
         assert drawn[2].get_yscale() == scale
     with pytest.raises(InvalidInput, match="four Axes are needed, got 3"):
         plot_profiles(antenna, axes[:3])
-
-
-def test_of_a_scene_in_space_only_the_object_of_this_moment_is_drawn():
-    """A peg has two sheets and more, of which none may stay where the peg was."""
-    antenna = make_preset("rat-whisker")
-    ax = Figure(figsize=(30.0, 25.0)).add_subplot(projection="3d")
-    scene = _SpaceScene(antenna, ax, Normalize(0.0, 1.0))
-    box, axes = Box(half_width=1.0, half_height=2.0), np.eye(3)
-    counts = []
-    several = Outline(vertices=np.array([[0, 2], [0, -2], [-1, -2], [-0.4, 0], [-1, 2]], float))
-    assert len(list_solids(several)) == 3
-    for feature in (Peg(radius=0.5, half_length=4.0), several, box, Wall(), Ball(radius=1.0)):
-        for x in (0.0, 5.0):
-            scene.place(feature, np.array([x, 1.0, 2.0]), axes)
-        counts.append(len(ax.collections) - 1)  # beside the antenna's own line
-    assert counts == [1, 3, 1, 1, 1]
-    wide = 0.6 * 72 * min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi / antenna.length
-    wanted = np.maximum(2 * antenna.radius * wide, 2.0)
-    assert wanted.max() > 2.0
-    np.testing.assert_allclose(ax.collections[0].get_linewidth(), wanted)
-
-
-def test_contact_is_marked_when_it_was_and_rows_are_as_many_as_the_larger_side_has():
-    ax = Figure().subplots()
-    times = np.array([[1.0], [2.0], [3.0], [4.0], [5.0]])
-    plot_raster(times, ax, np.array([1, -1, 1, 1, -1]), lead=2.7)
-    (mark,) = (line for line in ax.lines if line.get_linestyle() == "-")
-    assert {*mark.get_xdata()} == {2.7} and ax.get_ylim() == (0.5, 3.5)
-    with pytest.raises(InvalidInput, match=r"times must be \(unit, event\), got shape \(5,\)"):
-        plot_raster(times[:, 0], ax)
-
-
-def make_curves(kind):
-    """Two groups, each with a null and a baseline of its own."""
-
-    def shift(by):
-        return replace(make_sweep(), noisy=make_sweep().noisy - by)
-
-    groups = {"fast": shift(0.0), "slow": shift(0.1)}
-    nulls = {"fast": shift(0.2), "slow": shift(0.3)}
-    asked = []
-
-    def find_null(kind, noise, group=None):
-        asked.append((kind, noise, group))
-        return nulls.get(group, nulls["slow"])
-
-    curves = SimpleNamespace(
-        find=lambda *of: groups,
-        find_null=find_null,
-        baselines={"fast": shift(0.25), "slow": shift(0.35)},
-    )
-    return curves, groups, nulls, asked
-
-
-@pytest.mark.parametrize("kind", ["joint", "fixed"])
-def test_curve_null_and_baseline_of_a_group_have_its_colour_and_each_its_own_numbers(kind):
-    curves, groups, nulls, asked = make_curves(kind)
-    ax = Figure().subplots()
-    plot_curves(curves, kind, "relative", ax)
-    of = ["fast", "slow"] if kind == "joint" else [None]
-    assert asked == [(kind, "relative", name) for name in of]
-    picked = pick_colours(groups)
-    colours = [picked[group] for group in groups]
-    full = [line for line in ax.lines if np.isfinite(line.get_ydata()).all()]
-
-    def find(style):
-        return [line for line in full if line.get_linestyle() == style]
-
-    def mean(sweep):
-        return np.column_stack([100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)])
-
-    def check(lines, sweeps):
-        for line, sweep in zip(lines, sweeps, strict=True):
-            np.testing.assert_allclose(read(line), mean(sweep))
-
-    check(find("-"), groups.values())
-    check(find("-."), curves.baselines.values())
-    for style in ("-", "-."):
-        assert [line.get_color() for line in find(style)] == colours
-    check(find("--"), nulls.values() if kind == "joint" else [nulls["slow"]])
-    black = ["#000000"]
-    assert [line.get_color() for line in find("--")] == (colours if kind == "joint" else black)
-    (chance,) = find(":")
-    assert {*chance.get_ydata()} == {50.0}
-    words = [text for line in ax.lines if (text := line.get_label())[0] != "_"]
-    named = ["null: one tensor repeated", "peak place and time only", "chance"]
-    assert sorted(words) == sorted([*groups, *named])
 
 
 def make_planes():
@@ -384,43 +276,6 @@ def test_touches_side_by_side_have_one_scale_and_last_as_long_as_the_longest(fil
         greatest = max(float(abs(one["curvature"]).max()) for one in (first, second))
         for ax in figure.axes[2:4]:
             assert ax.images[0].get_clim()[1] == pytest.approx(greatest)
-
-
-def make_space(monkeypatch, module):
-    """A touch in space of 250 samples 0.4 ms apart, whose greatest bend is not at its end."""
-    antenna = make_preset("rat-whisker")
-    trial = Trial(feature=Ball(radius=1.0), location=0.6, speed=0.3, azimuth=35.0)
-    n, time = antenna.n_segments, 0.4 * np.arange(250)
-    points = np.random.default_rng(3).normal(size=(1, 250, n + 1, 3))
-    bend = np.sin(np.pi * time / 80)[:, None] ** 2 * np.linspace(0.01, 0.05, n)
-    coords = {"time": ("time", time, {"units": "ms"}), "segment": np.arange(1, n + 1)}
-    monkeypatch.setattr(
-        module, "reconstruct_posture", lambda *_: SimpleNamespace(values=points)
-    )
-    monkeypatch.setattr(module, "compute_bend", lambda *_: bend)
-    return antenna, trial, xr.Dataset(coords=coords), points[0], bend
-
-
-def test_in_space_the_object_goes_where_it_goes_while_the_antenna_bends(monkeypatch):
-    antenna, trial, tensors, points, bend = make_space(monkeypatch, touch)
-    monkeypatch.setattr(
-        touch, "take_curvature", lambda *_: np.ones((1, antenna.n_segments, 250))
-    )
-    flat, below = Figure().subplots(1, 2)
-    axes = touch._add_space(flat.figure, flat), below
-    view = touch._View(antenna, trial, tensors, (Normalize(0, 1), "magma"), axes)
-    seen = {"place": [], "move": []}
-    for called, calls in seen.items():
-        monkeypatch.setattr(view.space, called, lambda *given, calls=calls: calls.append(given))
-    placed = place(antenna, trial)
-    for now, sample in ((0.0, 0), (30.1, 76), (1e9, 249)):
-        assert view.move(now) == []
-        feature, origin, turned = seen["place"][-1]
-        np.testing.assert_allclose(origin, placed.origin + 0.4 * sample * placed.velocity)
-        assert feature is trial.feature
-        np.testing.assert_array_equal(turned, placed.axes)
-        for given, wanted in zip(seen["move"][-1], (points[sample], bend[sample]), strict=True):
-            np.testing.assert_array_equal(given, wanted)
 
 
 @pytest.mark.parametrize(("n", "still"), [(10, 6), (3, 1), (100, 66)])

@@ -6,8 +6,6 @@ import sys
 from itertools import pairwise
 from pathlib import Path
 
-import pytest
-
 import feeler
 
 SOURCE = Path(feeler.__file__).parent
@@ -100,22 +98,5 @@ def test_nothing_slow_is_loaded_before_it_is_used():
         f"{code}\nassert not {slow} & set(sys.modules), {code!r}" for code, slow in BEFORE_USE
     ]
     say = "from feeler.cli.options import say_json", "say_json({})"  # first when a touch begins
-    assert (
-        run_python("import sys", *steps, *say, "assert 'matplotlib' not in sys.modules") == ""
-    )
-
-
-@pytest.mark.long
-def test_analysis_needs_no_simulator():
-    rooms = (
-        "tensors",
-        "encoding",
-        "analysis",
-        "decoding",
-        "tracking",
-    )
-    steps = [
-        f"import feeler.{room}\nassert 'mujoco' not in sys.modules, 'loaded by {room}'"
-        for room in rooms
-    ]
+    steps += [*say, "assert 'matplotlib' not in sys.modules"]
     assert run_python("import sys", *steps) == ""

@@ -76,7 +76,7 @@ ELSEWHERE = (
     "unseen",
     "spikes",
     "space",
-)  # asked in tests/studies and tests/paper/test_front.py
+)  # asked in tests/studies and tests/paper/test_table.py
 SOMETHING = {
     (
         "white",
@@ -199,11 +199,9 @@ def test_nothing_bears_out_nothing_on_speed_gradient_and_bounds(touched, stateme
 
 def _find_wall_values(rng):
     """Peaks anywhere along the antenna, and in every set-up; the sliding tensors are white."""
-    names, n_set_ups, distance = (
-        ("exponential", "linear", "constant"),
-        120,
-        np.arange(25.0, 5, -2),
-    )
+    names = ("exponential", "linear", "uniform")
+    n_set_ups = 120
+    distance = np.arange(25.0, 5, -2)
     every, none = np.full(distance.size, True), np.full(distance.size, False)
     r2 = [
         [

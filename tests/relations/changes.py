@@ -155,8 +155,7 @@ def measure_in(time: float = 1.0, length: float = 1.0, mass: float = 1.0):
             lingering=contact.lingering * time,
         )
         options = {"sample_interval": 1.0, **world.options}
-        if not options.get("engine", "").startswith("rod"):  # whose surfaces are rigid
-            options["contact"] = contact
+        options["contact"] = contact
         for name in ("duration", "sample_interval", "timestep"):
             options[name] *= time
         return replace(world, antenna=antenna, trials=tuple(trials), options=options)

@@ -27,25 +27,10 @@ from feeler import analysis as information
 from feeler import decoding, encoding, plotting, spikes, tensors
 from feeler.studio import Session
 from tests.cli._command import run
+from tests.relations import worlds
 from tests.relations.changes import build
 from tests.relations.relation import Answer, Producer, flatten, read_json
-from tests.relations.worlds import (
-    Animals,
-    Bases,
-    Bent,
-    Calls,
-    Film,
-    Hand,
-    Lines,
-    Named,
-    Record,
-    Release,
-    Scene,
-    Touches,
-    Trains,
-    Wish,
-    learn_robot,
-)
+from tests.relations.worlds import learn_robot
 from tests.studio._messages import unpack
 
 
@@ -68,11 +53,9 @@ def label(values: Any, *dims: str) -> xr.DataArray:
 
 
 @cache
-def touch(world: Scene) -> xr.Dataset:
+def touch(world: worlds.Scene) -> xr.Dataset:
     """All quantities of a scene, as far as its engine knows them."""
     more = [name for name, q in tensors.QUANTITIES.items() if q.make]
-    if world.options.get("engine", "").startswith("rod"):
-        more = [name for name in more if name != "sink"]
     return feeler.touch(world.antenna, list(world.trials), save=more, **world.options)
 
 
@@ -96,7 +79,7 @@ def draw_picture(dataset: xr.Dataset) -> Answer:
     return {"picture": label(rows, "trial", "shown")}
 
 
-def draw_turnable(world: Scene) -> Answer:
+def draw_turnable(world: worlds.Scene) -> Answer:
     """The view that is turned by hand, at the times that two samplings share."""
     describe = find("feeler.plotting", "describe_turnable")
     dataset = feeler.touch(world.antenna, [world.trials[0]], all_hinges=True, **world.options)
@@ -105,7 +88,7 @@ def draw_turnable(world: Scene) -> Answer:
             for name in ("time", "points", "shift")}  # fmt: skip
 
 
-def ask_touch(world: Scene) -> Answer:
+def ask_touch(world: worlds.Scene) -> Answer:
     """``feeler touch --json`` for the first touch; a peak may carry its side's sign."""
     trial = world.trials[0]
     words = [
@@ -137,7 +120,7 @@ BY_OBJECT = ("place", "forward", "force", "work.objects")
 
 
 @cache
-def drive(world: Hand) -> feeler.Simulation:
+def drive(world: worlds.Hand) -> feeler.Simulation:
     simulation = build(world)
     if world.drive is not None:
         return world.drive(simulation)
@@ -145,7 +128,7 @@ def drive(world: Hand) -> feeler.Simulation:
     return simulation
 
 
-def read_shown(world: Hand) -> Answer:
+def read_shown(world: worlds.Hand) -> Answer:
     """Every property of a simulation, and its fields where it has some."""
     simulation, found = drive(world), {}
     for name in SHOWS:
@@ -169,25 +152,25 @@ def read_shown(world: Hand) -> Answer:
 FEW = {"cnn": {"max_epochs": 2, "device": "cpu"}, "stream": {"window": 40, "max_lag": 3}}
 
 
-def measure_index(name: str, world: Touches) -> Answer:
+def measure_index(name: str, world: worlds.Touches) -> Answer:
     index, scaled = dispersion.INDICES[name], (world.ask / abs(world.clean).max()).values
     more = {"data_range": (-1.5, 1.5)} if index.needs_range else {}
     every = slice(0, len(scaled))
     return {name: label(index.make(scaled, **more)(every, every), "trial", "other trial")}
 
 
-def ask_reader(name: str, world: Touches) -> Answer:
+def ask_classifier(name: str, world: worlds.Touches) -> Answer:
     """What a classifier says of touches, one by one, from tensors with noise that it knows."""
-    make = decoding.READERS[name]
+    make = decoding.CLASSIFIERS[name]
     known = FEW.get(name, {})
     told = getattr(make, "knows_noise", False)
-    reader = make(**known, **({"noise": f"common:{world.noise!r}"} if told else {}))
-    return decide(reader, world.clean if told else world.learn, world)
+    classifier = make(**known, **({"noise": f"common:{world.noise!r}"} if told else {}))
+    return decide(classifier, world.clean if told else world.learn, world)
 
 
-def decide(reader: Any, learn: xr.DataArray, world: Touches) -> Answer:
-    reader.fit(learn.values, learn["label"].values.tolist())
-    return {"probability": label(reader.predict_proba(world.ask.values), "trial", "class")}
+def decide(classifier: Any, learn: xr.DataArray, world: worlds.Touches) -> Answer:
+    classifier.fit(learn.values, learn["label"].values.tolist())
+    return {"probability": label(classifier.predict_proba(world.ask.values), "trial", "class")}
 
 
 @cache
@@ -199,13 +182,13 @@ def fit_encoder(sparseness: float | None = 0.7) -> encoding.ConvolutiveNMF:
     return encoder.fit(tensors.rectify(make_touches().clean).values)
 
 
-def encode_touches(code: str, world: Touches) -> Answer:
+def encode_touches(code: str, world: worlds.Touches) -> Answer:
     found = fit_encoder().transform(abs(world.ask).values, code=code)
     scale = float(abs(world.clean).max())
     return {code: label(found / scale, "trial", "component", "time")}
 
 
-def describe_noise(name: str, world: Touches) -> Answer:
+def describe_noise(name: str, world: worlds.Touches) -> Answer:
     """The level of a noise over the greatest magnitude of all touches."""
     model = decoding.NOISES[name]
     noise = model(size=0.1 if model.is_share and name != "common" else world.noise)
@@ -242,21 +225,21 @@ MEASURES = {
 """Information measures; none has a registry, so that what is new is asked for by name."""
 
 
-def measure(name: str, world: Touches) -> Answer:
+def measure(name: str, world: worlds.Touches) -> Answer:
     found = MEASURES[name](world)
     return dict(found) if isinstance(found, dict) else {name: found}
 
 
-def ask_spikes(code: str, world: Trains) -> Answer:
+def ask_spikes(code: str, world: worlds.Trains) -> Answer:
     if code == "poisson":
-        return decide(spikes.PoissonReader(step=1.0, floor=0.1), world.clean, world)
-    return decide(spikes.SpikeReader(code, width=5), world.learn, world)
+        return decide(spikes.PoissonObserver(step=1.0, floor=0.1), world.clean, world)
+    return decide(spikes.SpikeClassifier(code, width=5), world.learn, world)
 
 
 # ---- Datasets ----------------------------------------------------------------------------------
 
 
-def group(world: Record) -> Answer:
+def group(world: worlds.Record) -> Answer:
     """The encoders' input: groups of touches in one order, on one scale."""
     found = decoding.list_groups({"exponential": world.dataset})
     return {
@@ -264,14 +247,14 @@ def group(world: Record) -> Answer:
     }
 
 
-def answer_file(command: str, world: Record, *words: str) -> Answer:
+def answer_file(command: str, world: worlds.Record, *words: str) -> Answer:
     with tempfile.TemporaryDirectory() as folder:
         feeler.save(world.dataset, Path(folder, "set.nc"))
         files = ["--touches"] * (command == "spikes") + ["set.nc"]
         return read_json(run(command, *files, *words, "--json", cwd=folder))
 
 
-def excite(world: Record) -> Answer:
+def excite(world: worlds.Record) -> Answer:
     """Rates of sensilla on both sides together."""
     places = world.dataset["position"].values
     rates = spikes.place_sensilla(places, 5.0).encode(world.dataset)["rate"]
@@ -290,14 +273,14 @@ BASES = {
 }
 
 
-def compare_bases(name: str, world: Bases) -> Answer:
+def compare_bases(name: str, world: worlds.Bases) -> Answer:
     return {name: BASES[name](world.first.values, world.second.values)}
 
 
 # ---- films -------------------------------------------------------------------------------------
 
 
-def write_film(world: Film, path: Path, animals: int = 1) -> None:
+def write_film(world: worlds.Film, path: Path, animals: int = 1) -> None:
     """A film as a plain table, or as DeepLabCut writes the tracks of two animals."""
     n = len(next(iter(world.columns.values())))
     heads, values = [], []
@@ -327,7 +310,7 @@ def write_film(world: Film, path: Path, animals: int = 1) -> None:
     path.write_text(f"{text}\n{table.replace('nan', '')}\n")
 
 
-def ask_tracks(world: Film) -> Answer:
+def ask_tracks(world: worlds.Film) -> Answer:
     """``feeler tracks --json`` for a film, in the form that it has."""
     with tempfile.TemporaryDirectory() as folder:
         files, words = ["film.csv"], [*world.options]
@@ -347,7 +330,7 @@ def ask_tracks(world: Film) -> Answer:
         return read_json(run("tracks", *files, *words, "--json", cwd=folder))
 
 
-def ask_release(world: Release) -> Answer:
+def ask_release(world: worlds.Release) -> Answer:
     """``feeler calibrate --data --by targets --json``."""
     columns = dict(world.columns)
     time_ms = columns.pop("time")
@@ -371,7 +354,7 @@ def ask_release(world: Release) -> Answer:
     return {k: v for k, v in found.items() if isinstance(v, float) and "second" not in k}
 
 
-def ask_wall(world: Named) -> Answer:
+def ask_wall(world: worlds.Named) -> Answer:
     words = ["--near", "10", "--far", "12", "--steps", "2", "--json"]
     with tempfile.TemporaryDirectory() as folder:
         return read_json(run("wall", *world.names, *words, cwd=folder))
@@ -380,7 +363,7 @@ def ask_wall(world: Named) -> Answer:
 # ---- encoders ----------------------------------------------------------------------------------
 
 
-def learn(world: Calls) -> Answer:
+def learn(world: worlds.Calls) -> Answer:
     """How well an encoder explains what it learned from, after calls in this order."""
     from tests.relations.worlds import make_touches
 
@@ -414,7 +397,7 @@ def learn(world: Calls) -> Answer:
 # ---- boards, animals, studio -------------------------------------------------------------------
 
 
-def listen(world: Lines) -> Answer:
+def listen(world: worlds.Lines) -> Answer:
     """Times and values of samples as they arrive."""
     read = find("feeler.robot", "read_samples")
     found = list(read([*world.before, *world.lines], world.n_sensors))[len(world.before) :]
@@ -424,7 +407,7 @@ def listen(world: Lines) -> Answer:
     }
 
 
-def ask_robot(command: str, world: Bent) -> Answer:
+def ask_robot(command: str, world: worlds.Bent) -> Answer:
     """``feeler robot classify --json``, and ``stream --json`` for one touch after the other."""
     decoder, classifier, _ = learn_robot()
     known = {
@@ -466,14 +449,14 @@ def write_touch(time: np.ndarray, values: np.ndarray, torn: bool) -> bytes:
     return ("\n".join(rows) + "\n").encode()
 
 
-def experiment(world: Animals) -> Answer:
+def experiment(world: worlds.Animals) -> Answer:
     """The quantities that calibration compares, of several antennas at once."""
     names = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
     found = find("feeler.calibration", "Protocol")().measure_many(list(world.antennas), names)
     return {"measured": label([item.values for item in found], "trial", "quantity")}
 
 
-def converse(world: Wish) -> Answer:
+def converse(world: worlds.Wish) -> Answer:
     """What the studio's page is told of a touch; with a study also what it is told it was."""
     heard: list = []
     session = Session(lambda data: heard.append(unpack(data)))
@@ -509,38 +492,38 @@ def bind(function: Any, name: str) -> Any:
 
 
 PRODUCERS = [
-    Producer(name="quantities", of=Scene, make=lambda w: take_quantities(touch(w))),
-    Producer(name="plot_touch", of=Scene, make=lambda w: draw_picture(touch(w))),
-    Producer(name="turnable view", of=Scene, make=draw_turnable),
-    Producer(name="touch --json", of=Scene, make=ask_touch),
-    Producer(name="simulation", of=Hand, make=read_shown),
-    *(Producer(name=n, of=Touches, make=bind(measure_index, n)) for n in dispersion.INDICES),
-    *(Producer(name=f"reader {n}", of=Touches, make=bind(ask_reader, n), long=n == "cnn",
-               tolerance=1e-6 if n == "cnn" else 0.0)
-      for n in decoding.READERS),
-    *(Producer(name=f"code {n}", of=Touches, make=bind(encode_touches, n))
+    Producer(name="quantities", of=worlds.Scene, make=lambda w: take_quantities(touch(w))),
+    Producer(name="plot_touch", of=worlds.Scene, make=lambda w: draw_picture(touch(w))),
+    Producer(name="turnable view", of=worlds.Scene, make=draw_turnable),
+    Producer(name="touch --json", of=worlds.Scene, make=ask_touch),
+    Producer(name="simulation", of=worlds.Hand, make=read_shown),
+    *(Producer(name=n, of=worlds.Touches, make=bind(measure_index, n)) for n in dispersion.INDICES),
+    *(Producer(name=f"classifier {n}", of=worlds.Touches, make=bind(ask_classifier, n),
+               long=n == "cnn", tolerance=1e-6 if n == "cnn" else 0.0)
+      for n in decoding.CLASSIFIERS),
+    *(Producer(name=f"code {n}", of=worlds.Touches, make=bind(encode_touches, n))
       for n in ("sparse", "ridge")),
-    *(Producer(name=f"noise {n}", of=Touches, make=bind(describe_noise, n))
+    *(Producer(name=f"noise {n}", of=worlds.Touches, make=bind(describe_noise, n))
       for n in decoding.NOISES),
-    *(Producer(name=n, of=Touches, make=bind(measure, n)) for n in MEASURES),
-    *(Producer(name=f"spikes {n}", of=Trains, make=bind(ask_spikes, n))
+    *(Producer(name=n, of=worlds.Touches, make=bind(measure, n)) for n in MEASURES),
+    *(Producer(name=f"spikes {n}", of=worlds.Trains, make=bind(ask_spikes, n))
       for n in ("poisson", *spikes.SPIKE_CODES)),
-    Producer(name="quantities", of=Record, make=lambda w: take_quantities(w.dataset)),
-    Producer(name="groups of an encoder", of=Record, make=group),
-    Producer(name="plot_touch", of=Record, make=lambda w: draw_picture(w.dataset)),
-    Producer(name="sensilla", of=Record, make=excite),
-    Producer(name="spikes --json", of=Record,
+    Producer(name="quantities", of=worlds.Record, make=lambda w: take_quantities(w.dataset)),
+    Producer(name="groups of an encoder", of=worlds.Record, make=group),
+    Producer(name="plot_touch", of=worlds.Record, make=lambda w: draw_picture(w.dataset)),
+    Producer(name="sensilla", of=worlds.Record, make=excite),
+    Producer(name="spikes --json", of=worlds.Record,
              make=lambda w: answer_file("spikes", w, "--gain", "5")),
-    Producer(name="validate --json", of=Record, make=lambda w: answer_file("validate", w)),
-    *(Producer(name=n, of=Bases, make=bind(compare_bases, n)) for n in BASES),
-    Producer(name="tracks --json", of=Film, make=ask_tracks),
-    Producer(name="samples of a board", of=Lines, make=listen),
-    *(Producer(name=f"robot {n} --json", of=Bent, make=bind(ask_robot, n))
+    Producer(name="validate --json", of=worlds.Record, make=lambda w: answer_file("validate", w)),
+    *(Producer(name=n, of=worlds.Bases, make=bind(compare_bases, n)) for n in BASES),
+    Producer(name="tracks --json", of=worlds.Film, make=ask_tracks),
+    Producer(name="samples of a board", of=worlds.Lines, make=listen),
+    *(Producer(name=f"robot {n} --json", of=worlds.Bent, make=bind(ask_robot, n))
       for n in ("classify", "stream")),
-    Producer(name="measured animals", of=Animals, make=experiment),
-    Producer(name="studio", of=Wish, make=converse),
-    Producer(name="encoder", of=Calls, make=learn),
-    Producer(name="wall --json", of=Named, make=ask_wall),
-    Producer(name="calibrate --json", of=Release, make=ask_release),
+    Producer(name="measured animals", of=worlds.Animals, make=experiment),
+    Producer(name="studio", of=worlds.Wish, make=converse),
+    Producer(name="encoder", of=worlds.Calls, make=learn),
+    Producer(name="wall --json", of=worlds.Named, make=ask_wall),
+    Producer(name="calibrate --json", of=worlds.Release, make=ask_release),
 ]  # fmt: skip
 """One list: a new quantity, index, classifier, code or noise is in it as soon as it is known."""

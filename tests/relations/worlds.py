@@ -119,7 +119,7 @@ class Calls:
 class Named:
     """Antennas that a command compares, by name."""
 
-    names: tuple[str, ...] = ("exponential", "linear", "constant")
+    names: tuple[str, ...] = ("exponential", "linear", "uniform")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -305,18 +305,6 @@ def make_bent() -> Bent:
     return Bent(
         touches=tuple((one.time, one.values) for one in learn_robot()[2].recordings[:2])
     )
-
-
-RODS = ("rod", "rod-inertia")
-
-
-def make_wall(engine: str) -> Scene:
-    """A wide ball, as the engines for walls take it, so slow that nothing swings."""
-    wide = feeler.Trial(feature=feeler.Ball(radius=8.0), location=0.8, speed=0.01, lead=20.0)
-    trials = tuple(wide.replace(location=at) for at in (0.5, 0.6, 0.7, 0.8, 0.9))
-    options = {"engine": engine, "duration": 200.0, "timestep": 1.0}
-    light = make_antenna().damping / 1000
-    return Scene(antenna=make_antenna(damping=light), trials=trials, options=options)
 
 
 def make_spatial(**options: Any) -> Scene:

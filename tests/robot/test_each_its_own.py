@@ -3,38 +3,32 @@ of them has their numbers, in their order. Nothing is simulated.
 """
 
 import re
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from feeler import touch
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
 from feeler.robot import (
-    Gap,
     Recording,
     align_recordings,
-    fit_sensors,
-    load_recording,
     load_robot,
     make_dataset,
     make_robot,
-    make_surrogate,
     make_touches,
     make_training,
-    repair,
-    save_recording,
     write_robot,
 )
-from feeler.robot.classify import TrainingSet, judge_recording
-from feeler.robot.reality import Touches
+from feeler.robot.classify import judge_recording
 from feeler.robot.recordings import ROBOT_FILES
+from feeler.tensors import find_errors
 
 CLASSES = [("ball", 0.5, 0.1), ("box", 0.6, 0.2), ("ball", 0.9, 0.3)]
 
 
-def make_reader(probability=(0.2, 0.5, 0.3), strangeness=0.4, seen=None):
+def make_classifier(probability=(0.2, 0.5, 0.3), strangeness=0.4, seen=None):
     """Of three classes, so that no probability is all the rest."""
     seen = [] if seen is None else seen
 
@@ -57,35 +51,13 @@ def test_a_recording_is_whole_with_its_last_sample_and_short_of_it_says_by_how_m
     tip = np.exp(-(((np.arange(n) - peak) / 40.0) ** 2))
     values = 0.01 * np.ones((8, 1)) * tip
     recording = Recording(time=np.arange(float(n)), values=values)
-    answer, tensor = judge_recording(make_reader(seen=seen), recording, robot, before=250)
+    answer, tensor = judge_recording(make_classifier(seen=seen), recording, robot, before=250)
     (_, until), *_ = seen
     held = AFTER + late
     assert until == (None if late >= 0 else float(250 + held))
     words = f"{AFTER} ms after the first peak are needed; here {held}"
     assert answer.missing == ("" if late >= 0 else words)
     assert tensor.shape == (8, 250 + AFTER)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.4, 0.95])
-def test_a_recording_of_the_other_side_is_judged_by_its_mirror_image(share):
-    """Whatever the antenna swings back by afterwards; and the answer says so."""
-    robot, n = make_robot(), 900
-    time = np.arange(float(n))
-    tip = np.exp(-(((time - 300) / 40.0) ** 2)) - share * np.exp(-(((time - 420) / 40.0) ** 2))
-    values = np.linspace(0.5, 1.5, 8)[:, None] * 0.01 * tip
-    seen: list = []
-    judged = [
-        judge_recording(
-            make_reader(seen=seen), Recording(time=time, values=one), robot, before=250
-        )
-        for one in (values, -values)
-    ]
-    (answer, tensor), (other, mirrored) = judged
-    np.testing.assert_array_equal(mirrored, tensor)
-    assert (answer.mirrored, other.mirrored) == (False, True)
-    assert replace(other, mirrored=False) == answer
-    assert "judged by its mirror image" in str(other) and other.to_plain()["mirrored"]
-    assert "mirror" not in str(answer)
 
 
 def test_a_training_set_of_the_other_side_is_its_mirror_image():
@@ -103,57 +75,6 @@ def test_a_training_set_of_the_other_side_is_its_mirror_image():
         ),
         right.values,
     )
-
-
-def make_trials():
-    """Three touches that differ in everything."""
-    first, second = make_touches(locations=(0.6, 0.9), speeds=(0.2,))[::3]
-    return [first, second, replace(first, location=0.7, speed=0.31)]
-
-
-def test_a_surrogate_writes_its_first_sample_and_its_last_and_what_the_touch_was():
-    gap = Gap().scaled(0.0).replace(dropped=0.4)
-    for seed in range(6):
-        robot = make_surrogate(np.random.default_rng(seed), gap=gap)
-        trial = make_trials()[2]
-        recording = robot.record(np.zeros((8, 37)), trial)
-        assert (recording.time[0], recording.time[-1]) == (0.0, 36.0)
-        assert 10 < recording.time.size < 36
-    labels = {"feature": trial.name, "size": 4.0, "location": 0.7, "speed": 0.31}
-    assert recording.labels == labels
-    assert (recording.source, recording.robot, recording.unit) == (
-        "surrogate",
-        "surrogate",
-        "pF",
-    )
-    assert robot.record(np.zeros((8, 9))).labels == {}
-
-
-def make_touches_of(robot, n, felt=()):
-    """Touches of one robot: numbers that say which robot and which touch, some without contact."""
-    values = 100.0 * robot + np.arange(n)[:, None, None] + np.zeros((n, 2, AFTER + 1))
-    values[[k for k in range(n) if k in felt]] = np.nan
-    labels = tuple((f"f{robot}", 0.1 * k, 0.2) for k in range(n))
-    motions = tuple(np.full((2, 3 + k), 100.0 * robot + k) for k in range(n))
-    return Touches(values=values, labels=labels, antenna=make_robot(), motions=motions)
-
-
-def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
-    known = [make_touches_of(0, 2), make_touches_of(1, 4, felt=(1,)), make_touches_of(2, 1)]
-    unknown = [make_touches_of(7, 3, felt=(0,))]
-    values, labels, robots, (others, kinds) = TrainingSet(known=known, unknown=unknown).gather()
-    assert robots.tolist() == [0, 0, 1, 1, 1, 2]
-    assert values[:, 0, 0].tolist() == [0, 1, 100, 102, 103, 200]
-    assert [label[0] for label in labels] == ["f0", "f0", "f1", "f1", "f1", "f2"]
-    assert others[:, 0, 0].tolist() == [701, 702]
-    assert kinds == pytest.approx(np.array([(0.1, 0.2), (0.2, 0.2)]))
-    watched = []
-    decoder = SimpleNamespace(watch=lambda *given: watched.append(given))
-    TrainingSet(known=known, unknown=unknown).watch(decoder)
-    ((motions, names, numbers, (odd, _)),) = watched
-    assert [m[0, 0] for m in motions] == [0, 1, 100, 101, 102, 103, 200]
-    assert [*numbers] == [0, 0, 1, 1, 1, 1, 2] and len(names) == 7
-    assert [m.shape[1] for m in odd] == [3, 4, 5]
 
 
 def make_angles(samples=12, interval=1.0, **more):
@@ -186,46 +107,6 @@ def test_intervals_that_differ_by_less_than_a_millisecond_are_no_one_set():
             make_dataset([*bad, odd])
 
 
-def test_a_saved_recording_keeps_its_labels_its_robot_and_as_many_digits_as_asked_for(tmp_path):
-    labels = {"feature": "box", "size": 2.5, "location": 0.7, "speed": 0.31}
-    values = np.array([[1 / 3, 2 / 3, 1.0], [-1 / 3, 0.0, 7.0]])
-    one = Recording(
-        time=np.array([0.0, 1.5, 2.0]), values=values, quantity="voltage", unit="mV", robot="r",
-        source="simulation", labels=labels,
-    )  # fmt: skip
-    for digits, off in ((3, 1e-3), (17, 0.0)):
-        save_recording(one, tmp_path / "a.csv", digits=digits)
-        again = load_recording(tmp_path / "a.csv", n_channels=2)
-        assert (again.labels, again.robot, again.source, again.unit) == (
-            labels,
-            "r",
-            "simulation",
-            "mV",
-        )
-        away = np.abs(again.values - values).max()
-        assert away <= off and (off == 0.0 or away > 1e-5)
-    with pytest.raises(InvalidInput, match="digits must be from 1 to 17, got 18"):
-        save_recording(one, tmp_path / "a.csv", digits=18)
-    with pytest.raises(InvalidInput, match="unit of voltage is mV, got 'pF'"):
-        one.replace(unit="pF")
-
-
-def test_a_moulded_robot_is_as_thick_as_its_diameter_says_and_as_long(tmp_path):
-    write_robot(tmp_path / "m.toml", 5, moulded=True)
-    robot = load_robot(tmp_path / "m.toml")
-    theory = robot.theory
-    assert theory.length == pytest.approx(40.0) and theory.n_segments == 5
-    place = (np.arange(5) + 0.5) / 5
-    np.testing.assert_allclose(theory.radius, (4 - 2 * place) / 2, rtol=0.02)
-    np.testing.assert_array_equal(theory.damping, theory.stiffness)
-    np.testing.assert_allclose(robot.antenna.damping, 2.0 * theory.stiffness)
-    assert theory.stiffness[0] > 3 * theory.stiffness[-1]
-    with pytest.raises(InvalidInput, match=r"m\.toml exists already"):
-        write_robot(tmp_path / "m.toml", 5)
-    with pytest.raises(InvalidInput, match="n_hinges must be from 1 to 256, got 257"):
-        write_robot(tmp_path / "n.toml", 257)
-
-
 def test_a_robot_s_hinges_and_links_stand_each_in_their_own_place(tmp_path):
     write_robot(tmp_path / "r.toml", 3)
     text = (tmp_path / "r.toml").read_text()
@@ -253,60 +134,65 @@ def test_a_robot_s_hinges_and_links_stand_each_in_their_own_place(tmp_path):
     assert lines[3] == f"damping     {said[2]} (base) … {said[3]} (tip) N·mm·ms/rad"
 
 
-def test_repair_counts_gaps_and_missing_values_of_each_channel():
-    time = np.delete(np.arange(100.0), [*range(20, 41), *range(60, 75)])
-    values = np.sin(time / 7) * np.arange(1.0, 4.0)[:, None]
-    values[2, :3] = np.nan
-    recording = Recording(time=time, values=values)
-    with pytest.raises(
-        InvalidInput, match=r"hinge 1 has 2 gaps longer than 10 ms, the longest 22"
-    ):
-        repair(recording)
-    bridged = repair(recording, gaps="bridge")
-    assert bridged.history[0] == (
-        "recorded every 1 ms (jitter sd 0 ms), 36 samples dropped; time base evened"
+def _recording(samples=50, **fields):
+    values = np.random.default_rng(0).normal(0, 0.1, (8, samples))
+    return Recording(**{"time": np.arange(float(samples)), "values": values, **fields})
+
+
+def test_recordings_keep_the_contract():
+    labels = {"feature": "ball", "size": 4.0, "location": 0.9, "speed": 0.027}
+    recordings = [_recording(labels=labels, robot="A"), _recording(source="surrogate")]
+    dataset = make_dataset(recordings)
+    assert find_errors(dataset) == []
+    assert dataset["angle"].dims == ("trial", "sensor", "time")
+    np.testing.assert_array_equal(dataset["angle"][0], recordings[0].values)
+    assert dataset["source"].values.tolist() == ["robot", "surrogate"]
+    assert dataset["antenna"].values.tolist() == ["A", "robot"]
+    assert float(dataset["speed"][0]) == 0.027 and np.isnan(float(dataset["speed"][1]))
+    shape = make_robot().shape(recordings[0].values.T)
+    np.testing.assert_allclose(dataset["tip"][0], shape[:, -1])
+    np.testing.assert_allclose(dataset["curvature"][0, 0], dataset["angle"][0, 0] / 7.85)
+    assert dataset["seed"].values.tolist() == [-1, -1]
+
+
+def test_sensors_stand_where_those_of_a_simulated_touch_stand():
+    robot = make_robot()
+    dataset = make_dataset([_recording()])
+    simulated = touch(robot, make_touches()[0], duration=5.0)
+    start = np.concatenate([[0.0], np.cumsum(robot.segment_length)])
+    np.testing.assert_allclose(dataset["position"], start[:-1] / start[-1])
+    for name in ("position", "segment", "segment_length"):
+        np.testing.assert_allclose(dataset[name], simulated[name])
+
+
+def test_different_durations_are_never_mended_in_silence():
+    pair = [_recording(50), _recording(30)]
+    with pytest.raises(InvalidInput, match="30 to 50 samples"):
+        make_dataset(pair)
+    assert make_dataset(pair, lengths="crop").sizes["time"] == 30
+    held = make_dataset(pair, lengths="hold")
+    np.testing.assert_array_equal(
+        held["angle"][1, :, 30:], np.tile(pair[1].values[:, -1:], (1, 20))
     )
-    assert bridged.history[1:3] == (
-        "hinge 1: 2 gaps over 10 ms, bridged",
-        "hinge 2: 2 gaps over 10 ms, bridged",
-    )
-    assert bridged.history[-1] == "hinge 3: 3 missing values"
-    kept = repair(recording, gaps="keep", max_gap=18.0)
-    assert [*np.isnan(kept.values).sum(axis=1)] == [21, 21, 21]
-    assert kept.history[1] == "hinge 1: 1 gaps over 18 ms, kept"
-    coarse = repair(recording, gaps="bridge", interval=2.5)
-    assert coarse.time[-1] == 97.5 and "resampled to 2.5 ms" in coarse.history[0]
-    np.testing.assert_allclose(coarse.values[1], np.interp(coarse.time, time, values[1]))
 
 
-def test_bad_channels_are_those_and_no_others():
-    values = np.random.default_rng(0).normal(size=(3, 60))
-    values[1] = 0.25
-    recording = Recording(time=np.arange(60.0), values=values)
-    with pytest.raises(InvalidInput, match=r"hinge 2 is dead \(always 0\.25\)\. Record again"):
-        repair(recording)
-    mended = repair(recording, bad_channels="missing")
-    assert np.isnan(mended.values).all(axis=1).tolist() == [False, True, False]
-    twice = np.arange(60.0) - (np.arange(60) >= 4)
-    with pytest.raises(InvalidInput, match=r"1 samples share their time .* the first at 3 ms"):
-        repair(recording.replace(time=twice), bad_channels="missing")
-
-
-def test_readings_out_of_range_are_told_of_the_hinge_that_has_most_of_them():
-    hinge, level = np.repeat([1, 2], 5), np.tile(np.linspace(-0.4, 0.4, 5), 2)
-    table = fit_sensors(hinge, level, 5.0 + 2.0 * level + hinge, robot="a")
-    readings = np.array([[6.0, 9.9, 6.0, 6.1], [7.0, 3.1, 2.2, 7.3]])
-    words = r"3 readings .*, most in hinge 2: 2\.2 to 3\.1 pF, calibrated 6\.2 to 7\.8"
-    with pytest.raises(InvalidInput, match=words):
-        table.apply(readings)
-    clipped = table.apply(readings, outside="clip")
-    assert clipped[1, 1:3] == pytest.approx([-0.4, -0.4]) and clipped[0, 1] == pytest.approx(
-        0.4
-    )
-    missing = table.apply(readings, outside="missing")
-    assert np.isnan(missing).tolist() == [
-        [False, True, False, False],
-        [False, True, True, False],
-    ]
-    with pytest.raises(InvalidInput, match="belongs to robot 'a', the recording to 'b'"):
-        table.apply(readings, robot="b")
+@pytest.mark.parametrize(
+    ("recordings", "options", "message"),
+    [
+        ([], {}, "at least one recording"),
+        ([_recording(quantity="capacitance")], {}, "recording 0 holds capacitance"),
+        (
+            [Recording(time=np.arange(9.0), values=np.zeros((7, 9)))],
+            {},
+            "7 channels, the antenna 8",
+        ),
+        ([_recording(time=np.arange(50.0) ** 1.1)], {}, "uneven time base"),
+        ([_recording(time=np.arange(50.0) + 5)], {}, "does not start at 0"),
+        ([_recording(), _recording(time=np.arange(50.0) * 2)], {}, "recordings every 1, 2 ms"),
+        ([_recording(values=np.full((8, 50), np.nan))], {}, "recording 0 has missing values"),
+        ([_recording()], {"lengths": "stretch"}, "lengths must be one of refuse, crop, hold"),
+    ],
+)
+def test_bad_sets(recordings, options, message):
+    with pytest.raises(InvalidInput, match=message):
+        make_dataset(recordings, **options)

@@ -13,39 +13,13 @@ from typer.testing import CliRunner
 from feeler.errors import InvalidInput
 from feeler.robot.description import EXAMPLES, get_example
 from feeler.tracking import load_tracks
-from paper import fig6, fig6_data, figS2, figS7
+from paper import fig6_data, figS2
 from paper.scale import SCALES
 
 
 @pytest.fixture(scope="module")
 def data():
     return fig6_data.compute(SCALES["smoke"])
-
-
-def _texts(figure):
-    return " ".join(
-        text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))
-    )
-
-
-@pytest.mark.long
-def test_fig6_and_s7_say_surrogate_and_simulation(data):
-    for module in (fig6, figS7):
-        figure = Figure(figsize=(8, 8))
-        module.plot(data, figure)
-        words = _texts(figure)
-        assert "surrogate" in words and "simulation" in words
-
-
-def test_the_confusions_hold_every_contact_of_the_surrogates(data):
-    figure = Figure()
-    fig6._plot_confusion(data, figure.subplots())
-    counts = figure.axes[0].get_images()[0].get_array()
-    assert counts.sum() == data.score.total
-    true = sorted(set(data.score.true))
-    classes = sorted({*true, *data.score.predicted})
-    right = [counts[k, classes.index(label)] for k, label in enumerate(true)]
-    assert sum(right) == data.score.correct["all"]
 
 
 def test_figS2_gives_back_what_was_planted_and_says_synthetic():

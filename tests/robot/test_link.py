@@ -2,14 +2,11 @@
 counted.
 """
 
-import inspect
 import io
 import os
 import pty
-import re
 import threading
 import time
-from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -229,14 +226,6 @@ def test_thousands_of_broken_lines_end_no_stream_and_none_becomes_a_sample(frame
     assert link.broken + link.late > 1500 and link.fault
 
 
-def test_a_first_line_that_is_a_number_short_of_its_time_is_not_believed():
-    """The port was opened in mid-line: what is left looks like a sample without, or at, a time."""
-    for torn in (b"505.000,0.5,1.5,2.5\n", b".5,1.5,2.5\n", b"5,1.5,2.5\n"):
-        link = Link(3)
-        found = [time for time, _ in read_samples([torn, *write_plain(5)], 3, link)]
-        assert found == pytest.approx([7e4 + 2.4 * k for k in range(5)]) and link.broken == 1
-
-
 def test_an_empty_cell_is_a_missing_channel_and_moves_no_other():
     for row in (b"%d,,2,3\n", b"%d,nan,2,3\n"):
         for at, values in read_samples([row % k for k in range(5, 9)], 3):
@@ -263,10 +252,3 @@ def test_a_board_that_is_reset_is_heard_again_and_a_late_line_is_not(framed):
     sent = numbered if framed else send_all(times)
     assert [time for time, _ in read_samples(sent, 1, link)] == np.arange(60.0).tolist()
     assert (link.late, link.broken, link.restarts) == (1, 0, 0)
-
-
-def test_the_sketch_the_library_and_the_studio_speak_at_one_rate():
-    """A board is heard only by who asks at the rate at which it sends."""
-    sketch = files("feeler.robot").joinpath("board.ino").read_text(encoding="utf-8")
-    (rate,) = re.findall(r"BAUD = (\d+)", sketch)
-    assert inspect.signature(open_serial).parameters["baudrate"].default == int(rate)

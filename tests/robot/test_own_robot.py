@@ -4,21 +4,18 @@ they are.
 
 import json
 import re
-import threading
-from dataclasses import replace
-from time import monotonic, sleep
+from time import monotonic
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.decoding.transfer import TransferClassifier, find_first_peak
+from feeler.decoding.transfer import find_first_peak
 from feeler.errors import InvalidInput
 from feeler.objects import load_objects
 from feeler.robot import (
     PARTS,
-    Gap,
     compute_tip,
     draw_robots,
     fit_factors,
@@ -35,7 +32,6 @@ from feeler.robot import (
 )
 from feeler.robot.classify import judge_recording
 from feeler.robot.fit import make_posture
-from feeler.robot.reality import _keep_parts
 from feeler.robot.recordings import Recording
 from feeler.robot.stream import read_samples
 
@@ -199,30 +195,16 @@ def test_a_recording_with_other_channels_is_refused(lab, verb):
     assert words in str(said.exception)
 
 
-def test_probabilities_are_tempered_and_truth_is_judged():
-    rng = np.random.default_rng(0)
-    clean = rng.normal(0, 1, (3, 2, 40))
-    labels = [("ball", 0.9, 0.1), ("box", 0.9, 0.1), ("box", 0.5, 0.1)]
-    classifier = TransferClassifier().fit(clean, labels)
-    index = np.tile(np.arange(3), 40)
-    noisy = clean[index] + rng.normal(0, 4.0, (120, 2, 40))
-    classifier.temper(noisy[:60], [labels[i] for i in index[:60]])
-    sure = classifier.predict_proba(noisy[60:])
-    np.testing.assert_allclose(sure.sum(axis=1), 1)
-    right = classifier.score(noisy[60:], [labels[i] for i in index[60:]])
-    assert sure.max(axis=1).mean() == pytest.approx(right, abs=0.15)  # as sure as it is right
-
-
 @pytest.fixture(scope="module")
-def reader():
+def classifier():
     """The paper's robot and four touches, learned from six surrogates."""
     trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
     return make_classifier(trials=trials, robots=6), make_robot(), trials
 
 
 @pytest.mark.parametrize("share", [1.0, 0.8, 0.6, 0.45])
-def test_a_recording_that_ends_early_is_judged_on_what_it_holds(reader, share):
-    classifier, robot, trials = reader
+def test_a_recording_that_ends_early_is_judged_on_what_it_holds(classifier, share):
+    classifier, robot, trials = classifier
     for one in touch_robots(draw_robots(0.3, 1, 6), trials=trials)[0].recordings:
         count = int(share * one.time.size)
         cut = one.replace(time=one.time[:count], values=one.values[:, :count])
@@ -237,8 +219,8 @@ def test_a_recording_that_ends_early_is_judged_on_what_it_holds(reader, share):
         assert {words: words in str(answer) for words in said} == said
 
 
-def test_noise_drift_and_taps_beside_are_unlike_any_touch(reader):
-    classifier, robot, _ = reader
+def test_noise_drift_and_taps_beside_are_unlike_any_touch(classifier):
+    classifier, robot, _ = classifier
     rng = np.random.default_rng(2)
     strange = []
     for _ in range(40):
@@ -298,17 +280,6 @@ def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypat
     )
 
 
-def test_a_part_keeps_its_entries_and_no_other():
-    kept = _keep_parts(PARTS["play"])
-    assert kept == replace(Gap().scaled(0), play=Gap().play)
-    assert _keep_parts(PARTS["everything"]) == Gap()
-    assert sorted(PARTS["everything"]) == sorted(
-        PARTS["all mechanics"] + PARTS["all of the touch"] + PARTS["all sensing"]
-    )
-    with pytest.raises(InvalidInput, match="a gap has no entry 'colour'"):
-        _keep_parts(("colour",))
-
-
 def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(tmp_path):
     time = np.arange(0.0, 200.0)
     values = np.outer(np.arange(1, 9), np.sin(np.arange(200) / 9)) / 4
@@ -321,23 +292,6 @@ def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(t
     np.testing.assert_allclose(
         np.transpose([one for _, one in samples]), values, rtol=1e-4, atol=1e-4
     )
-
-
-def test_a_replay_at_twice_the_speed_waits_half_as_long(monkeypatch, tmp_path):
-    one = Recording(
-        time=np.array([0.0, 100.0, 300.0]), values=np.ones((8, 3)), quantity="angle"
-    )
-    save_recording(one, tmp_path / "r.csv")
-    waits = []
-    mine = threading.get_ident()
-
-    def wait(seconds):  # workers of other tests may be looked after by threads that sleep, too
-        (waits.append if threading.get_ident() == mine else sleep)(seconds)
-
-    monkeypatch.setattr("time.sleep", wait)
-    monkeypatch.setattr("time.monotonic", lambda: 5.0)
-    assert run("robot", "replay", tmp_path / "r.csv", "--speed", 2).exit_code == 0
-    np.testing.assert_allclose(waits, [0.05, 0.15])
 
 
 def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):

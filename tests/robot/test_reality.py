@@ -13,16 +13,12 @@ from feeler.robot import (
     add_robots,
     align_recordings,
     draw_robots,
-    make_robot,
     make_touches,
     make_training,
     measure_transfer,
-    reality,
     sweep_shots,
     touch_robots,
 )
-from feeler.robot.reality import _choose_before
-from feeler.robot.touches import _list_lengths, _simulate_pairs, simulate_touches
 
 
 @pytest.fixture(scope="module")
@@ -46,56 +42,11 @@ def test_the_training_set_is_30_classes_and_every_touch_has_a_peak(training):
     assert training.before == 1500
 
 
-@pytest.mark.parametrize(
-    ("speed", "length", "before"),
-    [(0.027, 1, 1500), (0.27, 1, 1500), (0.02, 1, 2025), (0.27, 20, 3000)],
-)
-def test_the_window_is_longer_for_slower_touches_and_longer_antennae(speed, length, before):
-    robot = make_robot()
-    long = robot.replace(segment_length=length * robot.segment_length)
-    trials = make_touches(speeds=(0.27, speed), locations=(0.9,))
-    assert _choose_before(long, trials) == before
-
-
 def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
     none = measure_transfer(classifier, touch_robots(draw_robots(0.0, 1, seed=0)))
     assert none.correct == {"all": 6, "feature": 6, "location": 6, "speed": 6, "top2": 6}
     wide = measure_transfer(classifier, touch_robots(draw_robots(4.0, 3, seed=0)))
     assert wide.share()[0] < 0.8
-
-
-@pytest.mark.parametrize(("speed", "more"), [(0.27, 0), (0.0135, 1500)])
-def test_a_stream_looks_back_further_where_slower_touches_need_it(monkeypatch, speed, more):
-    asked = {}
-
-    class Decoder:
-        window = 700
-
-        def __init__(self, **options):
-            asked.update(options)
-
-        def fit(self, *_):
-            return self
-
-        temper = fit
-
-    monkeypatch.setattr(reality, "StreamDecoder", Decoder)
-    monkeypatch.setattr(reality, "_simulate", lambda *_: [])
-    reality.make_decoder(trials=make_touches(speeds=(speed,), locations=(0.9,)))
-    lengths = tuple(_list_lengths(make_robot()))
-    assert asked == {"threshold": 0.9, "window": 700 + more, "lengths": lengths}
-
-
-def test_touches_together_equal_touches_alone():
-    trials = [touch for touch, _ in zip(_fast(), range(3), strict=False)]
-    robot = make_robot()
-    stiff = robot.replace(stiffness=1.2 * robot.stiffness)
-    together = _simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
-    alone = [
-        simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)
-    ]
-    for one, other in zip(together, alone, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def _fast():
@@ -143,12 +94,3 @@ def test_a_recording_without_contact_says_so(classifier):
     rng = np.random.default_rng(0)
     still = Recording(time=np.arange(800.0), values=rng.normal(0, 0.002, (8, 800)))
     assert classifier.predict(align_recordings([still]))[0][0] == "no contact"
-
-
-@pytest.mark.slow
-def test_transfer_falls_with_the_gap(classifier):
-    shares = [
-        measure_transfer(classifier, touch_robots(draw_robots(s, 10, seed=1))).share()[0]
-        for s in (0, 1, 3)
-    ]
-    assert shares[0] > shares[1] > shares[2]

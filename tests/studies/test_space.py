@@ -79,7 +79,7 @@ def test_gains_are_paired_and_the_nearest_counts():
     rng = np.random.default_rng(1)
     luck = 0.2 * rng.random((12, 1, 1))
     cells = make_cells(lambda shape: 0.5 + luck + np.zeros(shape))
-    for name, by in (("linear", 0.3), ("constant", 0.1), ("matched", 0.2)):
+    for name, by in (("linear", 0.3), ("uniform", 0.1), ("matched", 0.2)):
         cells[f"space/{name}"] = cells[f"space/{name}"] - by
     cells["plane/exponential"] = cells["plane/exponential"] + 0.07
     values = collect_values({name: own.tolist() for name, own in cells.items()})

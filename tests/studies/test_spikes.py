@@ -47,7 +47,7 @@ def say_expected(profile, speed, code, variant, window):
     if window == "50 ms":
         return 0.3 + 0.2 * slow
     if profile != "exponential":
-        return {"linear": 0.7, "constant": 0.4}[profile] + 0.1 * slow * (profile == "constant")
+        return {"linear": 0.7, "uniform": 0.4}[profile] + 0.1 * slow * (profile == "uniform")
     changed = {"receptor 0.003 rad": -0.1, "regular": 0.03, "7 places": -0.2}
     return 0.95 - 0.1 * slow + changed.get(variant, 0.0)
 
@@ -60,7 +60,7 @@ def judge_all(cells):
 def test_what_was_declared_is_what_is_shown():
     study = load_spiking()
     assert set(study.levels) == set(CHANGES)
-    assert set(study.readers) == set(READ_BY)
+    assert set(study.classifiers) == set(READ_BY)
     assert tuple(study.task.speeds) == tuple(SPEEDS[pace] for pace in PACES)
     assert tuple(name for _, _, name in study.list_windows()) == DEADLINES
 
@@ -113,7 +113,7 @@ def test_what_was_not_read_is_undefined_and_not_judged():
 
 def test_costs_and_gains_have_their_signs_and_the_null_is_the_greatest_of_all():
     """A receptor's noise costs 10 points, regular trains gain 3; one null of many is high."""
-    high = ("constant", "fast", "first", "null", "whole touch")
+    high = ("uniform", "fast", "first", "null", "whole touch")
     values = collect_values(plant(lambda *key: 0.4 if key == high else say_expected(*key)))
     for name, points in (("cost.receptor", 10.0), ("gain.regular", 3.0), ("null", 40.0)):
         assert values[f"spikes.{name}"]["value"] == pytest.approx(points, abs=0.4)

@@ -49,8 +49,8 @@ def test_scaled_antennas_have_the_published_compliance_of_the_tip(antennas):
 
 @pytest.mark.long
 def test_the_judge_asks_everything_that_claims_need(antennas):
-    few = {"sets": 2, "other_sets": 2, "reader_sets": 2}
-    few |= {"test": 4, "other_test": 2, "reader_test": 2, "reader": "lda"}
+    few = {"sets": 2, "other_sets": 2, "classifier_sets": 2}
+    few |= {"test": 4, "other_test": 2, "classifier_test": 2, "classifier": "lda"}
     asked = ASKED | {"final": few, "task": ASKED["task"] | {"train": 6}}
     found = measure.judge(antennas, asked, workers=1)
     values = collect_values(found)

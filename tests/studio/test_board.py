@@ -165,10 +165,8 @@ def find_contact(studied, rows, interval=1.0):
 def test_a_fast_board_is_judged_at_the_pace_of_what_was_learned(studied):
     """Two samples a millisecond: each second one counts."""
     touch = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
-    slow, fast = (
-        find_contact(studied, touch),
-        find_contact(studied, np.repeat(touch, 2, axis=0), 0.5),
-    )
+    slow = find_contact(studied, touch)
+    fast = find_contact(studied, np.repeat(touch, 2, axis=0), 0.5)
     assert fast[0] == 2 * slow[0] + 1
     np.testing.assert_allclose(fast[1], slow[1], atol=1e-9)
 
@@ -215,20 +213,16 @@ def test_an_unplugged_board_is_said_and_no_other_file_is_opened(terminal):
 def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(
     tmp_path, studied
 ):
-    table, recording = (
-        load_calibration_table(get_example("calibration")),
-        get_example("recording"),
-    )
+    table = load_calibration_table(get_example("calibration"))
+    recording = get_example("recording")
     save_calibration(table, tmp_path / "calibration.json")
-    page, message = (
-        Page(),
-        {
-            "type": "open",
-            "name": "touch.csv",
-            "text": recording.read_text(),
-            "speed": 0.3,
-        },
-    )
+    page = Page()
+    message = {
+        "type": "open",
+        "name": "touch.csv",
+        "text": recording.read_text(),
+        "speed": 0.3,
+    }
     page.ask(message).wait()
     assert "Open the sensors' calibration first" in page.find("error")[-1][0]["message"]
     page.ask(

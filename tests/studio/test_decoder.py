@@ -45,15 +45,6 @@ def trained():
     return decoder, range_, scores, simulate(WISH.make(), touches), kinds
 
 
-def test_a_touch_from_the_right_is_read_as_the_mirror_image_of_one_from_the_left(trained):
-    decoder, *_, angle, _ = trained
-    for touch in angle:
-        posterior, noticed = decoder.decode(touch)
-        mirrored, at = decoder.decode(-touch)
-        np.testing.assert_array_equal(mirrored, posterior)
-        assert at == noticed >= 0
-
-
 def test_a_touch_sample_by_sample_is_read_as_the_whole_of_it(trained):
     decoder, *_, angle, _ = trained
     for touch in angle[:6]:

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import feeler
-from feeler.studio import Session, study
+from feeler.studio import Session
 from feeler.studio.live import replay
 from feeler.studio.requests import Readings, TouchRequest, hash_tensor, make_simulation
 
@@ -378,19 +378,3 @@ def test_threads_do_not_pile_up():
         page.ask({"type": "touch", "id": number, "wish": {"antenna": {}, **SHORT}})
     page.wait()
     assert threading.active_count() <= before + 2
-
-
-def test_a_study_is_made_for_what_was_asked_and_found_for_it_again(monkeypatch):
-    """How unsure the speed is, too: it decides what the decoder may be sure of."""
-    asked = []
-
-    def stop_there(*given):
-        asked.append(given)
-        raise study.Cancelled
-
-    monkeypatch.setattr(study, "_make", stop_there)
-    page, wish = Page(), {"preset": "linear"}
-    for unsure in (0.17, 0.03):
-        page.ask({"type": "study", "antenna": wish, "speed": 0.37, "unsure": unsure}).wait()
-    told = [(given[0], given[1], given[-1]) for given in asked]
-    assert told == [(feeler.presets.make_preset("linear"), 0.37, u) for u in (0.17, 0.03)]

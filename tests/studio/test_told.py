@@ -2,56 +2,40 @@
 asked: each option on its way, without a browser and without a touch where none is needed.
 """
 
+import ast
 import json
 import re
 import time
-from threading import Event
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from awkward_touches import make_antenna
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import feeler
 from feeler.antenna.files import write_antenna
 from feeler.errors import InvalidInput
-from feeler.physics.contact import get_contact
 from feeler.studio import Session
-from feeler.studio import export as drawing
 from feeler.studio import live as hand
 from feeler.studio import live as opening
-from feeler.studio import requests as catalogue
+from feeler.studio import session as running
+from feeler.studio.export import _write_script
 from feeler.studio.live import Listener
 from feeler.studio.requests import (
     AntennaRequest,
     ObjectRequest,
     TouchRequest,
-    describe_mode,
-    describe_scene,
-    make_simulation,
-    read_number,
-    simulate_pieces,
-    wish_for,
+    _compute_compliance,
+    describe_original,
 )
+from feeler.studio.session import _read_message, pack
 
 from ._messages import unpack
 
 OWN = AntennaRequest(toml=write_antenna(make_antenna()))
 BOX = {"kind": "box", "size": 1.3, "x": 6.0, "y": 9.0, "heading": -70.0, "speed": 0.2}
-WISH = TouchRequest.from_plain(
-    {
-        "antenna": OWN.to_plain(),
-        "kind": "triangle",
-        "size": 2.2,
-        "location": 0.61,
-        "speed": 0.37,
-        "approach": 81.0,
-        "side": "right",
-        "friction": 0.4,
-        "lead": 7.0,
-        "duration": 33.0,
-    }
-)
 
 
 def talk(*messages):
@@ -92,43 +76,6 @@ def test_a_wrong_message_is_answered_with_what_would_be_right(message, words):
     assert header["type"] == "error" and re.search(words, header["message"]), header["message"]
 
 
-def test_a_number_is_taken_up_to_both_its_ends_and_no_further():
-    assert [read_number(value, "x", -2.0, 3.0) for value in (-2, 3.0)] == [-2.0, 3.0]
-    for value in (-2.01, 3.01, float("nan"), True, "1"):
-        with pytest.raises(InvalidInput, match=r"x must be a number from -2 to 3, got"):
-            read_number(value, "x", -2.0, 3.0)
-
-
-def test_facts_of_the_robot_are_told_with_their_own_source_and_unit():
-    told = catalogue.make_catalogue(OWN)
-    for table, facts in (
-        ("facts", catalogue.FACTS),
-        ("robot facts", catalogue.ROBOT_FACTS),
-    ):
-        assert told[table].keys() == facts.keys()
-        for name, fact in facts.items():
-            shown = told[table][name]
-            assert (shown["tag"], shown["unit"], shown["note"]) == (
-                fact.tag,
-                fact.unit,
-                fact.note,
-            )
-            assert {*fact.tag.split("+")} <= {*told["tags"]}
-    assert told["first"] == OWN.to_plain()
-    antenna = told["presets"]["robot"]
-    robot = feeler.presets.robot()
-    assert antenna["compliance"] == pytest.approx((1 / robot.stiffness).sum())
-    np.testing.assert_array_equal(antenna["damping"], robot.damping)
-
-
-def test_a_trial_is_all_that_was_wished_for():
-    trial = WISH.make_trial()
-    names = ("location", "speed", "approach", "side", "friction", "lead")
-    assert {n: getattr(trial, n) for n in names} == {n: getattr(WISH, n) for n in names}
-    assert (trial.feature.kind, trial.feature.half_width) == ("triangle", 2.2)
-    assert WISH.replace(duration=33.4).duration == 33.0
-
-
 @pytest.mark.parametrize("heading", [30.0, -110.0])
 def test_an_object_faces_and_goes_where_its_heading_points(heading):
     made = ObjectRequest(**BOX | {"heading": heading}, friction=0.3).make(3)
@@ -146,13 +93,6 @@ def test_a_length_that_is_too_far_off_is_refused_with_the_lengths_that_are_not()
         with pytest.raises(InvalidInput, match=ends):
             OWN.replace(length=factor * length).make()
     assert OWN.replace(length=49 * length).make().length == pytest.approx(49 * length)
-
-
-def test_the_wish_for_an_antenna_is_that_antenna():
-    assert wish_for(make_antenna()).make() == make_antenna()
-    assert wish_for("linear") == AntennaRequest(preset="linear")
-    with pytest.raises(InvalidInput, match="nobody"):
-        wish_for("nobody")
 
 
 def steer(aims, base=(0.0, 0.0, 0.0), glide=10.0):
@@ -182,53 +122,6 @@ def test_everything_goes_towards_where_the_hand_has_it_no_faster_than_it_may():
         assert (what, x, y, rate) == (-1, 0.0, 0.0, pytest.approx(spin if turn != 0.3 else 0.0))
 
 
-def test_a_command_holds_from_its_own_sample_on_in_whatever_order_it_comes():
-    commands = [(5, -1, 0.0, 0.0, 0.0), (3, -1, 0.2, -0.1, 0.004), (1, 0, 0.0, 0.0, 0.0)]
-    shown = hand.replay(WISH, commands, 9)
-    steps = np.diff(shown["base"], axis=0)
-    wanted = np.zeros((8, 3))
-    wanted[2:4] = [0.2, -0.1, 0.004]  # between samples 2 and 4
-    np.testing.assert_allclose(steps, wanted, atol=1e-12)
-    assert hand.read_commands([[3, -1, 0.2, -0.1, 0.004]]) == [(3, -1, 0.2, -0.1, 0.004)]
-    assert hand.read_commands("x") == []
-    with pytest.raises(InvalidInput, match="command must be a number"):
-        hand.read_commands([[1, 2, 3]])
-
-
-def test_a_preview_is_computed_coarsely_and_nothing_else_is():
-    contact = get_contact(None, make_antenna())
-    for preview, timestep in ((True, 0.1), (False, 0.05)):
-        found = make_simulation(WISH.replace(preview=preview)).timestep
-        assert found == contact.scale_timestep(timestep)
-        assert describe_scene(WISH.replace(preview=preview))["preview"] is preview
-
-
-def test_outlines_stand_in_the_order_of_the_objects_and_pieces_follow_one_another():
-    wish = WISH.replace(
-        objects=(ObjectRequest(**BOX), ObjectRequest(kind="wall")), duration=70.0
-    )
-    sizes = [np.abs(np.concatenate(rims)).max() for rims in describe_scene(wish)["rims"]]
-    assert sizes[1] == 2.6 and sizes[2] > 100 and sizes[0] == 4.4
-    wish = wish.replace(objects=wish.objects[:1])
-    firsts = [
-        (first, len(readings["angle"])) for first, readings in simulate_pieces(wish, Event())
-    ]
-    assert firsts == [(0, 12), (12, 46), (58, 12)]
-    assert readings_have(wish, {"place": (2, 3), "force": (2, 2), "base": (3,), "contact": ()})
-
-
-def readings_have(wish, shapes):
-    (_, readings), *_ = simulate_pieces(wish, Event())
-    return {name: readings[name].shape[1:] for name in shapes} == shapes
-
-
-def test_an_antenna_that_does_not_swing_has_no_frequency():
-    damped = describe_mode(make_antenna().replace(damping=1e3 * make_antenna().damping))
-    assert damped["frequency"] is None and damped["damping_ratio"] > 1
-    soft = describe_mode(make_antenna().replace(damping=1e-2 * make_antenna().damping))
-    assert 0 < soft["damping_ratio"] < 1 and soft["frequency"] > 0
-
-
 def write_recording(times, unit="rad"):
     head = ",".join(["time_ms", *(f"hinge{n}_{unit}" for n in range(1, 6))])
     rows = [
@@ -255,22 +148,6 @@ def test_a_recording_s_rate_is_that_of_most_of_its_samples_and_its_sensors_are_t
         )
 
 
-def make_shown(by_hand=False):
-    """Readings of four samples with a sign, of an antenna whose segments differ."""
-    angle = np.linspace(-0.2, 0.3, 44).reshape(4, 11)
-    return drawing.read_shown(WISH, {"angle": angle}, "angle", by_hand=by_hand), angle
-
-
-def test_a_picture_has_the_sign_of_a_bend_and_each_segment_s_own_length():
-    shown, angle = make_shown()
-    np.testing.assert_allclose(shown.values, np.rad2deg(angle.T))
-    np.testing.assert_allclose(shown.tensor, shown.values[make_antenna().sensors - 1])
-    curved = drawing.read_shown(WISH, {"angle": angle}, "curvature", by_hand=False)
-    np.testing.assert_allclose(curved.values, angle.T / make_antenna().segment_length[:, None])
-    assert (shown.label, curved.label) == ("hinge angle [°]", "curvature [1/mm]")
-    assert shown.time.tolist() == [0, 1, 2, 3]
-
-
 def make_listener(interval=2.5):
     return Listener(make_antenna(), None, interval)
 
@@ -292,3 +169,106 @@ def test_what_a_board_left_out_is_shown_as_it_was_last_and_no_time_is_the_usual_
 def test_a_number_that_is_no_angle_is_told():
     with pytest.raises(InvalidInput, match=r"-4\.5 is no angle of a hinge in rad"):
         make_listener().take(0.0, np.array([0.1, 3.0, -4.5, 0.2, 3.5]))
+
+
+def test_an_unchanged_wish_is_the_preset_itself():
+    assert AntennaRequest(preset="linear").make() == feeler.presets.make_preset("linear")
+
+
+@pytest.mark.parametrize("end", ['"', '""', '"""', '""""', "\\", '\\"', 'a"""b\n', "'", ""])
+def test_a_script_holds_the_antennas_text_whatever_it_ends_in(end):
+    text = f"{write_antenna(feeler.presets.make_preset('robot'))}# remark {end}"
+    tree = ast.parse(_write_script(TouchRequest(antenna=AntennaRequest(toml=text))))
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    (call,) = (one for one in calls if getattr(one.func, "id", "") == "parse_antenna")
+    assert ast.literal_eval(call.args[0]) == text
+
+
+@pytest.mark.parametrize("name", ["linear", "robot"])
+def test_handles_lie_on_the_profile_from_its_first_hinge_to_its_last(name):
+    antenna = feeler.presets.make_preset(name)
+    for quantity, handles in describe_original(antenna)["handles"].items():
+        profile, (place, value) = getattr(antenna, quantity), np.transpose(handles)
+        assert (place[0], place[-1]) == (0.0, 1.0)
+        hinge = place * (len(profile) - 1)
+        np.testing.assert_allclose(hinge, np.round(hinge), atol=1e-9)
+        np.testing.assert_allclose(value, profile[np.round(hinge).astype(int)], rtol=1e-3)
+
+
+def test_matched_keeps_the_total_compliance():
+    wish = AntennaRequest(stiffness=((0.0, 1.0), (0.4, 30.0), (1.0, 0.2)), matched=True)
+    assert _compute_compliance(wish.make().stiffness) == pytest.approx(
+        _compute_compliance(AntennaRequest().make().stiffness)
+    )
+
+
+def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
+    long, original = AntennaRequest(length=84.0).make(), AntennaRequest().make()
+    assert long.length == pytest.approx(84.0)
+    assert long.segment_mass.sum() == pytest.approx(2 * original.segment_mass.sum())
+    assert np.array_equal(long.stiffness, original.stiffness)
+
+
+def test_a_file_is_an_antenna_and_its_plain_data_come_back():
+    text = feeler.antenna.files.write_antenna(feeler.presets.make_preset("uniform"))
+    wish = TouchRequest(
+        antenna=AntennaRequest(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
+    )
+    assert TouchRequest.from_plain(wish.to_plain()) == wish
+    assert wish.antenna.make() == feeler.presets.make_preset("uniform")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ([], "must be a TouchRequest, got"),
+        ({"antenna": {}, "colour": 1}, "has no 'colour'"),
+        ({"antenna": {"preset": 3}}, "preset must be text"),
+        ({"antenna": {"stiffness": [[0.5, 1.0], [0.5, 1.0]]}}, "must rise"),
+        ({"antenna": {"stiffness": [[0.0, -1.0]]}}, "stiffness must be 1 to 64"),
+        ({"antenna": {"sensors": 0}}, "sensors must be from 1 to 1000"),
+        ({"antenna": {"length": 1e-1}}, "length must lie within"),
+        ({"antenna": {"toml": "nonsense ="}}, "not valid TOML"),
+        (
+            {"antenna": {}, "speed": float("nan")},
+            "speed must be finite and from 0.001 to 4 m/s",
+        ),
+        ({"antenna": {}, "size": True}, "size must be a number"),
+        ({"antenna": {}, "duration": 1e9}, "duration must be from 2 to 2000 ms"),
+        ({"antenna": {}, "kind": "cube"}, "kind must be one of ball"),
+        ({"antenna": {}, "objects": [{}] * 9}, "at most 8"),
+    ],
+)
+def test_what_is_wrong_with_a_wish_is_said(content, words):
+    with pytest.raises(InvalidInput, match=words):
+        TouchRequest.from_plain(content).antenna.make()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.floats(width=32, allow_nan=False), max_size=20), st.text(max_size=10))
+def test_messages_come_out_as_they_went_in(values, name):
+    header, arrays = unpack(pack({"type": "x", "name": name}, values=np.array(values)))
+    assert header == {"type": "x", "name": name}
+    assert arrays["values"].tolist() == values
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"type": 3}', "[" * 5000, b"\xff"])
+def test_what_is_no_message_is_refused(text):
+    with pytest.raises(InvalidInput, match="message must be"):
+        _read_message(text)
+
+
+def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
+    """Without friction the maps of two speeds are one map, so no number on the page tells them
+    apart.
+    """
+    made = []
+    running._find_map.cache_clear()
+    monkeypatch.setattr(
+        running, "calibrate", lambda antenna, *, speed: made.append(speed) or (antenna, speed)
+    )
+    asked = [(make_antenna(), 0.7), (make_antenna(), 0.2), (feeler.presets.robot(), 0.2)]
+    for antenna, speed in 2 * asked:
+        assert running._find_map(antenna, speed) == (antenna, speed)
+    assert made == [0.7, 0.2, 0.2]
+    running._find_map.cache_clear()

@@ -5,12 +5,16 @@ import pytest
 from matplotlib.figure import Figure
 
 import feeler
+from feeler import comparison as compare
 from feeler.analysis import bootstrap_difference, compute_dispersion
 from feeler.comparison import compare_antennas, plot
 from feeler.decoding import list_groups, make_lda, make_svm
 from feeler.encoding import LABELS, compute_histogram_entropy
+from feeler.errors import ModelValidityWarning
+from feeler.experiments.tactile import DURATION
 from feeler.objects.trials import trials
 from paper.scale import SCALES
+from paper.window import complete_tensors
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +27,7 @@ def sets():
     ]
     antennas = {
         "robot": feeler.presets.robot(),
-        "constant": feeler.presets.cockroach("constant"),
+        "uniform": feeler.presets.cockroach("uniform"),
     }
     return {
         name: feeler.touch(antenna, touches, duration=40.0)
@@ -62,7 +66,7 @@ def test_measures_are_those_of_the_library(sets, compared):
     for kind in ("sparse", "raw"):
         for noise in compared.curves.noises:
             robot, other = compared.curves.find(kind, noise).values()
-            found = compared.differences[f"accuracy, {LABELS[kind]}, {noise} noise", "constant"]
+            found = compared.differences[f"accuracy, {LABELS[kind]}, {noise} noise", "uniform"]
             assert found == bootstrap_difference(robot.area, other.area, rng)
 
 
@@ -82,9 +86,9 @@ def test_one_antenna_is_no_comparison(sets):
         compare_antennas({"robot": sets["robot"]}, None, plan=SCALES["smoke"].plan)
 
 
-@pytest.mark.parametrize("reader", [make_lda(24), make_svm(24)])
-def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
-    """As many copies as a reader has components: the last one is a hair's, and scaled it was as
+@pytest.mark.parametrize("classifier", [make_lda(24), make_svm(24)])
+def test_what_rounding_leaves_is_no_component_that_a_classifier_sees(sets, classifier):
+    """As many copies as a classifier has components: the last one is a hair's, and scaled it was as
     long as the others.
     """
     effort = SCALES["smoke"]
@@ -99,9 +103,34 @@ def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
     }
     found, moved = (
         compare_antennas(
-            given, effort.make_encoder(random_state=0), plan=plan, reader=reader
+            given, effort.make_encoder(random_state=0), plan=plan, classifier=classifier
         ).curves.find("raw", "common")
         for given in (sets, hair)
     )
     for name in sets:
         np.testing.assert_array_equal(found[name].noisy, moved[name].noisy)
+
+
+BALL = feeler.Ball(radius=1.5)
+
+
+@pytest.mark.parametrize(("name", "speed"), [("exponential", 0.3), ("uniform", 0.6)])
+def test_they_are_what_the_paper_calls_complete(name, speed):
+    antenna = feeler.presets.cockroach(name)
+    trials = [feeler.Trial(feature=BALL, location=at, speed=speed) for at in (0.55, 0.8)]
+    found, end = compare.touch_whole(antenna, trials, seed=3)
+    longer = feeler.touch(antenna, trials, duration=1.7 * 48.0 / speed, seed=3)
+    expected = complete_tensors(longer)
+    assert found.sizes["time"] == round(DURATION) == expected.sizes["time"]
+    held = (longer["force"] != 0).any(("trial", "axis")).values
+    assert end == pytest.approx(float(longer["time"].values[held][-1]) + 1.0)
+    np.testing.assert_allclose(found["angle"], expected["angle"], atol=1e-9)
+
+
+def test_a_touch_that_does_not_end_is_cut_and_said(monkeypatch):
+    monkeypatch.setattr(compare, "_FACTORS", (1,))
+    monkeypatch.setattr(compare, "_DISTANCE", 4.0)
+    trial = feeler.Trial(feature=BALL, location=0.5, speed=0.3)
+    with pytest.warns(ModelValidityWarning, match="still touched when the recording ends"):
+        _, end = compare.touch_whole(feeler.presets.cockroach(), [trial])
+    assert end == pytest.approx(round(4.0 / 0.3), abs=1.0)

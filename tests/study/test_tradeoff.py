@@ -3,6 +3,7 @@ best.
 """
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -14,7 +15,14 @@ import feeler
 from feeler.analysis import compute_information, scale_peaks
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.tradeoff import average_sets, find_best, load_declared
+from feeler.report import Section
+from feeler.tradeoff import (
+    average_sets,
+    fill_section,
+    find_best,
+    load_declared,
+    write_tradeoff,
+)
 
 BALLS = [feeler.Ball(radius=1.5), feeler.Ball(radius=3.0)]
 
@@ -30,12 +38,12 @@ def study():
 @pytest.fixture(scope="module")
 def measured(study):
     found = study.run({"cockroach": feeler.presets.cockroach()})
-    return found.sel(antenna="cockroach", reader="ideal")
+    return found.sel(antenna="cockroach", classifier="ideal")
 
 
 def test_all_speeds_and_antennas_meet_the_same_touches():
     task = load_declared().task
-    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("constant")
+    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("uniform")
     (slow, labels), (fast, same) = (
         task.draw(antenna, "test", set=3, speed=speed)
         for antenna, speed in zip(antennas, (0.03, 1.2), strict=True)
@@ -157,28 +165,30 @@ def test_every_speed_has_its_matched_samples_on_the_grid():
     assert len({*names}) == len(names)
 
 
-def test_a_reader_that_learns_tells_less_than_one_that_knows():
+def test_a_classifier_that_learns_tells_less_than_one_that_knows():
     study = load_declared(
         sets=1,
         speeds=(0.6,),
-        readers=("ideal", "lda"),
+        classifiers=("ideal", "lda"),
         locations=(0.6, 0.9),
         draws=8,
         windows={**load_declared().windows, "deadlines": (20, 100), "distances": ()},
         **CHOSEN,
     )
     found = study.run({"a": feeler.presets.cockroach()}).isel(antenna=0, set=0, speed=0)
-    assert found["bits"].dims == ("reader", "level", "window")
+    assert found["bits"].dims == ("classifier", "level", "window")
     whole = found["accuracy"].sel(window="whole touch", level="common 0.03")
-    assert 0.25 < float(whole.sel(reader="lda")) <= float(whole.sel(reader="ideal")) + 0.1
-    assert float(found["bits"].sel(reader="lda").max()) <= 2.0
+    assert (
+        0.25 < float(whole.sel(classifier="lda")) <= float(whole.sel(classifier="ideal")) + 0.1
+    )
+    assert float(found["bits"].sel(classifier="lda").max()) <= 2.0
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
         ({"sets": 0}, "Study.sets must be ≥ 1, got 0"),
-        ({"readers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
+        ({"classifiers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
         (
             {"levels": {"pink": (1.0,)}},
             "Study.levels must be one of relative, common, mixed, got 'pink'",
@@ -207,14 +217,14 @@ def test_the_verb_writes_page_picture_and_numbers(tmp_path):
         "1.2",
     ]
     done = CliRunner().invoke(
-        app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant", "--json"]
+        app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "uniform", "--json"]
     )
     assert done.exit_code == 0, done.output
     assert {p.name for p in tmp_path.iterdir()} >= {
         f"tradeoff.{end}" for end in ("html", "png", "csv", "json")
     }
     kept = json.loads((tmp_path / "tradeoff.json").read_text())
-    assert "constant" in kept and json.loads(done.stdout)["antennas"] == kept
+    assert "uniform" in kept and json.loads(done.stdout)["antennas"] == kept
     lines = (tmp_path / "tradeoff.csv").read_text().splitlines()
     assert lines[0].startswith("antenna,speed,level,window,accuracy")
     assert len(lines) == 1 + 2 * 6 * len(load_declared().list_windows())
@@ -238,3 +248,88 @@ def test_an_interrupted_study_goes_on_and_another_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="another study"):
         study.replace(draws=3).run(antennas, journal=path)
     assert path.read_bytes() == before
+
+
+SPEEDS = (0.06, 0.6, 1.2)
+
+
+@pytest.fixture(scope="module")
+def declared():
+    return load_declared(sets=3, speeds=SPEEDS)
+
+
+@pytest.fixture(scope="module")
+def measured_tradeoff_page(declared):
+    """Random numbers in the shape of a measurement, no two alike."""
+    windows, rng = declared.list_windows(), np.random.default_rng(0)
+    levels = [f"{kind} {size:g}" for kind, sizes in declared.levels.items() for size in sizes]
+    shape = (3, len(SPEEDS), len(levels), len(windows))
+    dims = ("set", "speed", "level", "window")
+    fields = {"accuracy": (dims, rng.random(shape)), "bits": (dims, 5 * rng.random(shape))}
+    costs = {
+        name: (dims[:2], scale * rng.random(shape[:2]))
+        for name, scale in (("work", 90), ("force", 4), ("release", 300))
+    }
+    coords = {
+        "speed": list(SPEEDS),
+        "level": levels,
+        "window": [name for _, _, name in windows],
+    }
+    kinds = {
+        "kind": ("window", [kind for kind, _, _ in windows]),
+        "value": ("window", [value for _, value, _ in windows]),
+    }
+    return xr.Dataset(fields | costs, coords | kinds, {"antenna": "toy"})
+
+
+@pytest.mark.long
+def test_tables_hold_means_over_the_sets_and_the_best_speed(
+    declared, measured_tradeoff_page, tmp_path
+):
+    section = Section(name="tradeoff", title="", folder=tmp_path, vector=False)
+    fill_section(section, {"toy": measured_tradeoff_page}, declared)
+    *tables, costs = [block for block in section.blocks if block["kind"] == "table"]
+    for table, (kind, size) in zip(tables, declared.headline.items(), strict=True):
+        assert table["header"] == ["window", "0.06 m/s", "0.6 m/s", "1.2 m/s", "best"]
+        assert (
+            f"toy, noise {kind} {size:g} {'rad' if kind == 'common' else 'of peak'}: bits"
+            in table["caption"]
+        )
+        assert "accuracy in %. Best speed by accuracy [m/s]" in table["caption"]
+        here = measured_tradeoff_page.sel(level=f"{kind} {size:g}").mean("set")
+        best = find_best(measured_tradeoff_page, f"{kind} {size:g}")
+        for window, *cells, last in table["rows"]:
+            for cell, speed in zip(cells, SPEEDS, strict=True):
+                one = here.sel(speed=speed, window=window)
+                assert cell == f"{float(one['bits']):.2f} ({100 * float(one['accuracy']):.0f})"
+            ends = [float(best[name].sel(window=window)) for name in ("best", "least", "most")]
+            assert [float(x) for x in re.split(r" \(|…|\)", last)[:3]] == pytest.approx(ends)
+        assert [row[0] for row in table["rows"][:2]] == [
+            f"{t:g} ms" for t in declared.windows["matched_times"][:2]
+        ]
+    assert costs["header"] == ["antenna", "of a whole touch", "0.06 m/s", "0.6 m/s", "1.2 m/s"]
+    said = {row[1]: [float(cell) for cell in row[2:]] for row in costs["rows"]}
+    for name, field in (
+        ("work [µJ]", "work"),
+        ("peak force [mN]", "force"),
+        ("last contact [ms]", "release"),
+    ):
+        assert said[name] == pytest.approx(
+            measured_tradeoff_page[field].values.mean(axis=0), rel=1e-3
+        )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("sets", "spread"), [(3, "95 % over sets"), (1, "One set of touches")])
+def test_the_page_counts_its_own_touches_and_has_no_interval_of_one_set(
+    measured_tradeoff_page, tmp_path, sets, spread
+):
+    """Two objects at five places are ten touches: 3.32 bits."""
+    objects = [feeler.Ball(radius=1.0), feeler.Box(half_width=2.0, half_height=1.0)]
+    study = load_declared(sets=sets, speeds=SPEEDS, objects=objects)
+    path = write_tradeoff(
+        {"toy": measured_tradeoff_page.isel(set=slice(0, sets))}, study, tmp_path
+    )
+    page = path.read_text(encoding="utf-8")
+    assert "discriminates 10 touches" in page and "All 10 discriminated are 3.32 bits." in page
+    assert spread in page and ("best by accuracy" in page, "(0.06…" in page)[1] == (sets > 1)

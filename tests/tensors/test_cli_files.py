@@ -1,8 +1,5 @@
 """The verbs around files: info, validate, convert, antenna, and progress."""
 
-import io
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,9 +9,8 @@ from feeler.antenna.animals import cockroach
 from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.progress import ProgressBar
 from feeler.tensors import make_tensors
-from feeler.tensors.formats import load, save
+from feeler.tensors.formats import save
 from feeler.tensors.models import Model, save_model
 
 
@@ -65,7 +61,7 @@ def test_info_describes_antennas_and_models(tmp_path):
     assert "means (2, 3) float64" in out
 
 
-@pytest.mark.parametrize("profile", ["exponential", "constant"])
+@pytest.mark.parametrize("profile", ["exponential", "uniform"])
 def test_the_antenna_written_is_the_preset(tmp_path, profile):
     call("antenna", tmp_path / "a.toml", "--profile", profile, "--sensors", "all")
     got, preset = load_antenna(tmp_path / "a.toml"), cockroach(profile, sensors="all")
@@ -93,63 +89,6 @@ def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensor
     assert "'source' must be one of simulation, robot, surrogate" in result.output
     assert "c.0.0.0 (trials 0 to 1) is missing or damaged" in result.output
     assert "no such file" in result.output
-
-
-@pytest.mark.long
-def test_convert_keeps_everything(tmp_path, tensors):
-    save(tensors, tmp_path / "set.zarr")
-    assert call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exit_code == 0
-    start = ["--session-start", "2026-01-31T10:00:00+01:00", "--identifier", "x"]
-    assert call("convert", tmp_path / "set.mat", tmp_path / "set.nwb", *start).exit_code == 0
-    got = load(tmp_path / "set.nwb")
-    xr.testing.assert_identical(got.drop_attrs(), tensors.drop_attrs())
-    assert tensors.attrs.items() <= got.attrs.items()
-    assert isinstance(
-        call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exception, InvalidInput
-    )
-    assert isinstance(
-        call("convert", tmp_path / "set.zarr", tmp_path / "b.odt").exception, InvalidInput
-    )
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def test_progress_is_quiet_without_a_terminal_and_json_on_request():
-    now = iter([0.0, 2.0, 4.0, 6.0])
-    quiet, lines, screen = io.StringIO(), io.StringIO(), Terminal()
-    with ProgressBar(stream=quiet) as progress:
-        progress(1, 2)
-    assert quiet.getvalue() == ""
-    progress = ProgressBar(log_json=True, stream=lines, clock=lambda: next(now))
-    progress(11, 20)  # ten were there before
-    progress(12, 20)
-    events = [json.loads(line) for line in lines.getvalue().splitlines()]
-    assert events[0] == {
-        "event": "trials",
-        "done": 11,
-        "total": 20,
-        "per_second": 0.5,
-        "seconds_left": 18.0,
-    }
-    assert events[1]["per_second"] == 0.5
-    with ProgressBar("touches", stream=screen) as progress:
-        progress(1, 2)
-        progress(2, 2)
-    assert "touches" in screen.getvalue() and "2/2" in screen.getvalue()
-
-
-def test_info_says_whole_numbers_whole_and_lists_in_the_file_s_order(tmp_path, tensors):
-    """Base to tip, as the lengths stand in the file."""
-    long = tensors.assign_coords(
-        segment_length=("sensor", [20.0, 3.0, 12.5], {"units": "mm"}),
-        seed=("trial", [3767050000, 803260001]),
-    )
-    save(long, tmp_path / "set.nc")
-    out = " ".join(call("info", tmp_path / "set.nc").output.split())
-    assert "segment_length 20, 3, 12.5 [mm]" in out and "seed 3767050000, 803260001" in out
 
 
 def test_what_tracks_writes_of_a_posture_is_valid_as_it_is(tmp_path):

@@ -24,10 +24,8 @@ def test_codes_carry_their_trials_and_times_and_are_the_same_numbers(touches):
     encoder = feeler.ConvolutiveNMF(
         n_components=2, n_lags=5, n_restarts=1, max_iter=10, random_state=0, warn=False
     )
-    plain, labelled = (
-        encoder.fit(angle.values).transform(angle.values),
-        encoder.transform(angle),
-    )
+    plain = encoder.fit(angle.values).transform(angle.values)
+    labelled = encoder.transform(angle)
     assert isinstance(plain, np.ndarray) and labelled.dims == ("trial", "component", "time")
     np.testing.assert_array_equal(labelled, plain)
     assert (

@@ -59,22 +59,6 @@ def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     xr.testing.assert_identical(read_store(path), make_set())
 
 
-def test_any_zarr_reader_sees_the_same_numbers(path):
-    fill(path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        plain = xr.open_zarr(path, chunks=None).load()
-    assert plain.finished.all()
-    whole = make_set()
-    for name in whole.variables:
-        np.testing.assert_array_equal(
-            plain[name].values.astype(whole[name].dtype), whole[name].values
-        )
-        assert plain[name].dims == whole[name].dims
-    assert plain.attrs["configuration"] == whole.attrs["configuration"]
-    assert plain.angle.attrs["units"] == "rad"
-
-
 @pytest.mark.parametrize("dask", [False, True])
 def test_xarray_writes_what_was_loaded_as_it_was_stored(path, tmp_path, dask):
     """Without a word about its texts, in the same chunks; a part of it, and as NetCDF, too."""
@@ -469,16 +453,6 @@ def test_an_opening_that_fails_lets_go_of_the_lock(path):
     fill(path)
     xr.testing.assert_identical(read_store(path), make_set())
     assert "seed: 7 → 8" in str(kept.value)
-
-
-def test_trials_made_otherwise_are_refused_with_the_difference(path):
-    made = [{"speed": 0.1 * n} for n in range(N_TRIALS)]
-    with open_store(path, CONFIGURATION, N_TRIALS, made=made.__getitem__) as store:
-        store.append(range(N_TRIALS), make_set())
-    open_store(path, CONFIGURATION, N_TRIALS + 1, made=made.__getitem__).close()
-    made[5] = {"speed": 0.7}
-    with pytest.raises(StoreError, match=r"trial 5\.speed: 0\.5 → 0\.7"):
-        open_store(path, CONFIGURATION, N_TRIALS + 1, made=made.__getitem__)
 
 
 def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):

@@ -94,16 +94,6 @@ def test_other_trials_are_refused_by_name(tmp_path):
         feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)
 
 
-def test_another_antenna_is_refused_by_what_differs(tmp_path):
-    run(store=tmp_path / "a.zarr")
-    stiffness = antenna.stiffness.copy()
-    stiffness[7] *= 1 + 1e-15
-    with pytest.raises(StoreError, match=r"antenna\.stiffness\[7\]: 0\.12"):
-        feeler.touch(
-            antenna.replace(stiffness=stiffness), trials, store=tmp_path / "a.zarr", **options
-        )
-
-
 def test_a_lone_touch_is_that_of_workers_to_the_last_bit(tmp_path):
     alone = feeler.touch(antenna, trials[3], **options)
     with ThreadExecutor(2) as executor:

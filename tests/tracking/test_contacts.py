@@ -17,10 +17,8 @@ from feeler.tracking import (
     compare_sides,
     find_contacts,
     find_sweeps,
-    load_tracks,
     measure_base,
     measure_clearance,
-    measure_exploration,
     measure_rhythm,
 )
 from feeler.tracking.contacts import tabulate_contacts
@@ -86,10 +84,8 @@ def test_the_place_is_where_the_antenna_is_nearest_even_between_landmarks():
 
 def test_contacts_turn_and_shift_with_the_world():
     turn = np.deg2rad(71.0)
-    matrix, shift = (
-        np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]),
-        (9, -4),
-    )
+    matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    shift = (9, -4)
     tracks, wall = film(X), np.array([(30.0, -7.0), (30.0, 7.0)])
     moved = tracks.replace(position=tracks.position @ matrix.T + shift)
     a = find_contacts(tracks, ["base", "tip"], wall, within=2.0)
@@ -267,14 +263,6 @@ def test_a_sheet_makes_groups_of_animals_and_lacking_columns_are_named(tmp_path)
     sheet.write_text("file,who\nw0.csv,a\n")
     refused = CliRunner().invoke(app, ["tracks", *map(str, walks), "--sheet", str(sheet)])
     assert "no column 'group'" in str(refused.exception)
-
-
-def test_tracks_and_explorations_show_themselves(tmp_path):
-    tracks = load_tracks(write_walk(tmp_path / "walk.csv"), frame_rate=200)
-    for shown in (tracks, measure_exploration([tracks])):
-        assert "data:image/png" in shown._repr_html_() and "<td>" in shown._repr_html_()
-    with pytest.raises(InvalidInput, match="Nearest: left_tip"):
-        tracks.of("lefttip")
 
 
 def test_a_contact_of_a_signal_bridges_a_flicker_and_may_last_to_the_end():

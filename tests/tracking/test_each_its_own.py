@@ -2,9 +2,6 @@
 a tracker's file has its numbers.
 """
 
-from pathlib import Path
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -12,14 +9,10 @@ from feeler.errors import InvalidInput
 from feeler.tracking import (
     Tracks,
     compute_antenna_angle,
-    find_sweeps,
     load_tracks,
-    make_synthetic_tracks,
-    measure_exploration,
     measure_posture,
     tracks,
 )
-from feeler.tracking import kinematics as exploration
 from feeler.tracking.trackers import Found
 
 NAMES = ("nose", "left_tip", "elbow")
@@ -65,14 +58,6 @@ def test_the_first_pixel_is_taken_from_every_axis_and_y_is_turned_in_pictures_al
         wanted = make_found(axes=3).position[:, :, axes] - 0.5
         np.testing.assert_array_equal(seen.position, wanted)
     assert flat.interval == 4.0 and flat.time.tolist() == [0.0, 4.0, 8.0, 12.0]
-
-
-def test_tracks_say_what_wrote_them_and_whether_anything_is_made_up(read):
-    notes = {"first frame": "7 of the film", "source": "a Synthetic film"}
-    made = read(make_found(notes=notes))
-    assert (made.source, made.notes) == ("synthetic", notes | {"software": "x"})
-    plain = read(make_found(software=""))
-    assert (plain.source, plain.notes) == ("tracked", {})
 
 
 def test_landmarks_that_are_chosen_keep_their_own_places_and_doubts(read):
@@ -135,36 +120,6 @@ def test_a_film_cut_from_the_middle_says_its_first_frame_and_each_animal_has_its
         load_tracks(tmp_path / "s.csv", individual="c", **how)
 
 
-def make_walk(speed=1.0, source="tracked", seed=0):
-    """A synthetic animal whose two antennae differ."""
-    peaks = speed * np.deg2rad(90e-3), speed * np.deg2rad(60e-3)
-    made = make_synthetic_tracks(
-        np.random.default_rng(seed), peak_speed=peaks, duration=9000.0, noise=0.2
-    )
-    return made.replace(source=source)
-
-
-def test_an_exploration_keeps_each_trial_s_and_side_s_own_peaks_and_errors():
-    walks = [make_walk(), make_walk(2.0, source="synthetic", seed=1)]
-    options = {"cutoff": 4e-3, "max_gap": 3, "min_prominence": np.deg2rad(5.0) * 1e-3}
-    found = measure_exploration(walks, length=37.0, **options)
-    for k, walk in enumerate(walks):
-        for side, angle in enumerate(compute_antenna_angle(walk)):
-            one = find_sweeps(angle, walk.interval, **options)
-            assert found.mean_peak[k, side] == one.mean_peak
-            assert found.error[k, side] == one.error != one.noise
-            assert found.n_peaks[k, side] == one.peak_speed.size
-    assert (found.source, found.length) == ("synthetic", 37.0)
-    assert found.lateral_speed == pytest.approx(37.0 * found.mean_peak.mean())
-    assert measure_exploration(walks[:1]).source == "tracked"
-    named = exploration.measure_exploration(
-        walks, landmarks={"tips": ("right_tip", "left_tip")}
-    )
-    assert named.sweeps[0][0].mean_peak == pytest.approx(
-        measure_exploration(walks).sweeps[0][1].mean_peak
-    )
-
-
 def test_each_antenna_hangs_on_its_own_base_and_one_that_is_left_out_has_no_angle():
     names = ("left_tip", "right_tip", "head", "abdomen", "lb", "rb")
     places = [[-5.0, 16.0], [9.0, 12.0], [0.0, 10.0], [0.0, 0.0], [-2.0, 12.0], [3.0, 11.0]]
@@ -204,29 +159,3 @@ def test_one_frame_that_stretches_a_piece_bends_no_other_frame():
     found = measure_posture(walk, NAMES)
     np.testing.assert_allclose(found["piece_length"], [2.0, 3.0])
     np.testing.assert_allclose(found["curvature"], (np.pi / 2) / 2.5)
-
-
-def test_a_trial_s_bridged_and_missing_frames_are_those_of_both_sides():
-    from feeler.cli.tracks import _describe
-
-    still = {"frequency": np.nan, "angle": np.full(9, np.nan)}
-    rest = {"cutoff": 0.01, "unmeasured": 0} | still
-    sides = [
-        SimpleNamespace(bridged=3, missing=1, **rest),
-        SimpleNamespace(bridged=4, missing=7, **rest),
-    ]
-    result = SimpleNamespace(
-        mean_peak=np.ones((1, 2)),
-        error=np.ones((1, 2)),
-        n_peaks=np.ones((1, 2)),
-        sweeps=[sides],
-        mean=1.0,
-        lateral_speed=0.7,
-        length=40.0,
-        source="x",
-        left_out=[{}],
-        remarks=[()],
-    )
-    trial = SimpleNamespace(doubted=0, n_frames=9, interval=10.0, notes={})
-    said = _describe([Path("a.csv")], [trial], result, {"tips": ("a", "b")})
-    assert (said["trials"][0]["bridged"], said["trials"][0]["missing"]) == ([3, 4], [1, 7])

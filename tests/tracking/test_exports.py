@@ -168,15 +168,7 @@ def write_fixed(file, key, values):
 
 
 def test_pandas_fixed_form_is_read_and_of_several_datasets_the_taken_one_is_said(tmp_path):
-    values = np.concatenate(
-        [
-            np.dstack([PLACES[:, k], SURE[:, k]])
-            if 0
-            else np.column_stack([PLACES[:, k], SURE[:, k]])
-            for k in (0, 1)
-        ],
-        axis=1,
-    )
+    values = np.hstack([np.column_stack([PLACES[:, k], SURE[:, k]]) for k in (0, 1)])
     with h5py.File(tmp_path / "two.h5", "w") as file:
         write_fixed(file, "cleaned", values)
         write_fixed(file, "later", values + 5.0)

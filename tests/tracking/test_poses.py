@@ -33,10 +33,8 @@ def trials():
 def test_poses_come_back_as_they_were(tmp_path, trials, unit):
     from pynwb import NWBHDF5IO
 
-    path, films = (
-        tmp_path / "a.nwb",
-        [film.scaled(10.0) if unit == "mm" else film for film in trials],
-    )
+    path = tmp_path / "a.nwb"
+    films = [film.scaled(10.0) if unit == "mm" else film for film in trials]
     save_poses(
         films,
         path,
@@ -220,18 +218,3 @@ def test_frames_that_are_left_out_of_the_times_are_gaps(tmp_path):
     assert "2 of 30 frames" in tracks.notes["left out"]
     with pytest.raises(InvalidInput, match="contradicts its times, by which there are 25"):
         load_tracks(tmp_path / "u.nwb", frame_rate=60)
-
-
-def test_each_film_begins_a_pause_after_the_one_before_has_ended(tmp_path, trials):
-    from pynwb import NWBHDF5IO
-
-    from feeler.tensors.writers import PAUSE
-
-    films = [trials[1], trials[0], trials[1]]
-    save_poses(films, tmp_path / "a.nwb", session_start=START, identifier="walk")
-    with NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
-        table = io.read().trials
-        start, stop = np.array(table["start_time"][:]), np.array(table["stop_time"][:])
-    assert start[0] == 0.0
-    np.testing.assert_allclose(start[1:], stop[:-1] + PAUSE)
-    np.testing.assert_allclose(stop - start, [film.time[-1] * 1e-3 for film in films])

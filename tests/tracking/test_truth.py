@@ -138,15 +138,6 @@ def test_faults_of_the_track_change_the_speed_little_and_are_named(
     assert np.all(found.n_peaks >= 0.8 * 2 * frequency * len(position) / frame_rate)
 
 
-def test_one_trial_is_measured_alone_as_among_others():
-    trials = [make(film(2, 100, seed=k), 100) for k in range(3)]
-    together = measure_exploration(trials)
-    for k, trial in enumerate(trials):
-        alone = measure_exploration([trial])
-        np.testing.assert_array_equal(alone.mean_peak[0], together.mean_peak[k])
-        np.testing.assert_array_equal(alone.error[0], together.error[k])
-
-
 def test_names_that_contradict_the_geometry_are_asked_about():
     tracks = make(film(2, 100), 100)
     with pytest.warns(ModelValidityWarning, match="may be off") as warned:
@@ -290,18 +281,3 @@ def test_tracks_without_a_likelihood_get_none_in_nwb(tmp_path):
     tracks = make(film(2, 100), 100)
     save_poses([tracks], tmp_path / "a.nwb", session_start=datetime.now(UTC), identifier="x")
     assert load_tracks(tmp_path / "a.nwb").likelihood is None
-
-
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_a_single_tip_is_measured_on_its_side(tmp_path, side):
-    path = write(tmp_path / "t.csv", film(2, 100), np.arange(400) / 100)
-    both = json.loads(run(path, "--json"))["trials"][0]
-    said = run(path, "--tips", f"{side}_tip")
-    assert f"{side} °/s (peaks)" in said and "nan" not in said
-    other = "left" if side == "right" else "right"
-    assert other not in said and "mm" not in said
-    one = json.loads(run(path, "--tips", f"{side}_tip", "--json"))
-    k = ("left", "right").index(side)
-    assert one["trials"][0]["mean_peak"][k] == pytest.approx(both["mean_peak"][k])
-    assert one["trials"][0]["mean_peak"][1 - k] is None
-    assert one["length"] is one["lateral_speed"] is None

@@ -9,10 +9,16 @@ import pytest
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.physics.engine import get_engine
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.presets import PRESETS, cockroach, make_preset
 from feeler.wall import NEAREST, approach, explain_bending, map_distance, predict_peak
-from feeler.wall.following import _choose_speed, _choose_steps, follow, make_turn, measure_scale
+from feeler.wall.following import (
+    _choose_speed,
+    _choose_timestep,
+    follow,
+    make_turn,
+    measure_scale,
+)
 from tests.cli._command import run
 
 L, N = 30.0, 1000
@@ -46,7 +52,7 @@ def test_an_antenna_pushed_lightly_bends_where_the_closed_form_says(stiffness, e
 
 
 def test_the_regime_is_named_and_agrees_with_the_map_of_a_straight_antenna():
-    for name, words in (("cricket", "over its length"), ("constant", "at its base")):
+    for name, words in (("cricket", "over its length"), ("uniform", "at its base")):
         antenna = make_preset(name)
         sweep = approach(
             antenna,
@@ -55,7 +61,7 @@ def test_the_regime_is_named_and_agrees_with_the_map_of_a_straight_antenna():
         )
         found = map_distance(sweep)
         assert words in explain_bending(antenna) == found.bending
-        assert bool(found.undefined) == (name == "constant")
+        assert bool(found.undefined) == (name == "uniform")
 
 
 def test_a_map_in_space_is_refused_with_what_helps():
@@ -64,19 +70,18 @@ def test_a_map_in_space_is_refused_with_what_helps():
 
 
 @pytest.mark.parametrize("name", [*PRESETS])
-def test_engine_and_timestep_follow_every_preset_on_its_course(name):
+def test_the_timestep_follows_every_preset(name):
     antenna = make_preset(name)
     antenna = antenna.flatten() if antenna.spatial else antenna
-    for turn in (30.0, -60.0):
-        speed, course = _choose_speed(antenna), make_turn(turn)
-        engine, step = _choose_steps(antenna, course, speed, None, None)
-        assert (1.0 / step) == pytest.approx(round(1.0 / step))  # a body feels once per ms
-        assert step * speed <= get_engine(engine).stride * antenna.radius.min() * (1 + 1e-9)
-    assert _choose_steps(antenna, course, speed, "chain", 0.02) == ("chain", 0.02)
+    speed = _choose_speed(antenna)
+    step = _choose_timestep(antenna, speed, DEFAULT_ENGINE, None)
+    assert (1.0 / step) == pytest.approx(round(1.0 / step))  # a body feels once per ms
+    assert step * speed <= antenna.radius.min() * (1 + 1e-9)
+    assert _choose_timestep(antenna, speed, "chain", 0.02) == 0.02
 
 
 def test_the_paper_s_order_is_that_of_the_nearest_posture():
-    names = ("exponential", "linear", "constant")
+    names = ("exponential", "linear", "uniform")
     r2 = [map_distance(approach(cockroach(name), NEAREST)).r2 for name in names]
     assert all(a > b for a, b in pairwise(r2))
     for value, paper in zip(r2, (0.985, 0.924, 0.704), strict=True):
@@ -109,10 +114,10 @@ def test_a_body_that_passed_has_come_past_the_turn(size):
 
 
 def test_an_antenna_without_a_map_is_a_result_with_its_reason(tmp_path):
-    said = run("follow", "constant", "--out", "o", cwd=tmp_path).stdout
+    said = run("follow", "uniform", "--out", "o", cwd=tmp_path).stdout
     assert "no map to steer by" in said and "at its base" in said and "--oracle" in said
     assert (tmp_path / "o" / "map.png").exists() and not (
         tmp_path / "o" / "follow.csv"
     ).exists()
     with pytest.raises(InvalidInput, match="stiffness falls too little"):
-        follow(cockroach("constant"))
+        follow(cockroach("uniform"))

@@ -19,23 +19,6 @@ from paper.fig3_family import (
     list_readings,
     list_setups,
 )
-from paper.scale import SCALES
-
-
-@pytest.mark.long
-def test_figure_3_draws_what_was_computed():
-    data = fig3.compute({"exponential": cockroach()}, effort=SCALES["smoke"], timestep=0.1)
-    figure = Figure(figsize=(7, 8))
-    fig3.plot(data, figure)
-    assert data.slides.make_dataset()["distance"].values.tolist() == sorted(
-        fig3.SLIDE_DISTANCES, reverse=True
-    )
-    assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
-    letters = [ax.get_title(loc="left") for ax in figure.axes]
-    assert [letter for letter in letters if letter] == ["a", "b", "c", "d"]
-    posture, measure = fig3.get_main()
-    assert data.main_sweeps["exponential"].posture == posture
-    assert (posture.friction, posture.hook_share, measure["quantity"]) == (1.0, 1.0, "total")
 
 
 def test_every_distance_is_drawn_with_its_wall():
@@ -65,7 +48,7 @@ def test_a_part_of_the_family_lies_within_it(part):
 
 def make_family(r2):
     return Family(
-        names=("exponential", "linear", "constant"),
+        names=("exponential", "linear", "uniform"),
         choices=(),
         r2=np.array(r2),
         offset=np.full(np.shape(r2), np.nan),
@@ -133,7 +116,7 @@ def test_where_too_little_is_defined_nothing_is_judged():
 
 
 def test_an_undefined_r2_is_never_a_number():
-    antennas = {name: cockroach(name) for name in ("exponential", "constant")}
+    antennas = {name: cockroach(name) for name in ("exponential", "uniform")}
     family = compute(
         antennas,
         part="smoke",
@@ -166,7 +149,7 @@ def test_tensors_that_are_the_same_are_no_distances_told_apart():
 def test_the_leading_set_up_has_a_map_of_every_profile_at_rest():
     """It is one of the family; ``test_the_rule_finds_the_leading_set_up`` finds it anew."""
     assert fig3.get_lead() in list_setups()[0]
-    for name in ("exponential", "linear", "constant"):
+    for name in ("exponential", "linear", "uniform"):
         found = map_distance(approach(cockroach(name), fig3.get_lead()))
         assert not found.undefined and found.used.sum() >= len(found.used) / 2
 
@@ -176,27 +159,27 @@ def test_the_rule_finds_the_leading_set_up():
     """The first posture of the family with a map of every profile, at rest and running."""
 
     def has_maps(posture):
-        for name in ("exponential", "linear", "constant"):
+        for name in ("exponential", "linear", "uniform"):
             found = map_distance(approach(cockroach(name), posture))
             if found.undefined or found.used.sum() < len(found.used) / 2:
                 return False
         return not any(
             calibrate(cockroach(name), posture).undefined
-            for name in ("exponential", "linear", "constant")
+            for name in ("exponential", "linear", "uniform")
         )
 
     assert next(filter(has_maps, list_setups()[0])) == fig3.get_lead()
 
 
 def test_how_far_the_peak_is_from_the_contact_counts_every_standing_distance():
-    antenna = cockroach("constant")  # its peak stays at the base, which R² leaves out
+    antenna = cockroach("uniform")  # its peak stays at the base, which R² leaves out
     sweep = approach(antenna, Posture(), (20.0, 15.0, 10.0, 7.0))
     (case,) = compare(
-        {"constant": antenna},
+        {"uniform": antenna},
         [Posture()],
         distances=(20.0, 15.0, 10.0, 7.0),
         measures=({"quantity": "bend", "method": "hinge"},),
-        known=[("constant", sweep)],
+        known=[("uniform", sweep)],
     )
     assert case.map.used.sum() == 0 and sweep.inverted.sum() == 4
     assert case.offset == pytest.approx(np.median(sweep.contact_position), abs=0.2)

@@ -23,14 +23,10 @@ def test_the_limit_of_the_delayed_loop_is_a_root_of_its_equation():
 
 
 def test_a_body_that_is_told_the_distance_is_stable_below_the_limit_and_not_above():
-    """Of the rod, whose long steps make it quick; low-pass and period add some 7 ms to the
-    delay.
-    """
+    """Low-pass and period add some 7 ms to the delay."""
     frequency, more = 0.03, 7.0
     assert frequency * (10.0 + more) < loop.LIMIT < frequency * 40.0
-    found = map_stability(
-        cockroach(), [10.0, 40.0], [frequency], oracle=True, engine="rod-inertia", timestep=1.0
-    )
+    found = map_stability(cockroach(), [10.0, 40.0], [frequency], oracle=True)
     assert found.stable.tolist() == [[True], [False]]
 
 
@@ -59,29 +55,23 @@ def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     """What is felt is g d + c · heading, and the heading is the distance's rate over the speed: g +
     iωc/v, g the map's slope.
     """
-    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
-    slow, fast = measure_wall_response(
-        antenna, calibrate(antenna, **rod), [1.0, 2.0], cycles=2, **rod
-    )
+    antenna = cockroach()
+    slow, fast = measure_wall_response(antenna, calibrate(antenna), [1.0, 2.0], cycles=2)
     assert 0.8 < slow.real < 1.3
     assert fast.real == pytest.approx(slow.real, rel=0.03)
     assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("hertz", "amplitude", "timestep"), [(4.0, 1.0, 1.0), (8.0, 0.5, 2.0)])
-def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
-    monkeypatch, hertz, amplitude, timestep
-):
+@pytest.mark.parametrize(("hertz", "amplitude"), [(4.0, 1.0), (8.0, 0.5)])
+def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(monkeypatch, hertz, amplitude):
     """A heading of ωA/v · sin ωt at a speed v takes the body to A (1 − cos ωt) from where it began,
     12 mm from the wall.
     """
     seen = []
     monkeypatch.setattr(loop, "_compare_swings", lambda *given: seen.append(given) or 0j)
-    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": timestep}
-    measure_wall_response(
-        antenna, calibrate(antenna, **rod), [hertz], amplitude=amplitude, cycles=2, **rod
-    )
+    antenna = cockroach()
+    measure_wall_response(antenna, calibrate(antenna), [hertz], amplitude=amplitude, cycles=2)
     ((omega, time, true, _),) = seen
     assert omega == pytest.approx(2e-3 * np.pi * hertz)
     assert (time[0], time[-1]) == pytest.approx(
@@ -94,13 +84,11 @@ def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
 
 @pytest.mark.long
 def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
-    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
-    known = calibrate(antenna, **rod)
-    assert map_stability(antenna, [10.0], [0.01], known=known, **rod).stable.tolist() == [
-        [True]
-    ]
+    antenna = cockroach()
+    known = calibrate(antenna)
+    assert map_stability(antenna, [10.0], [0.01], known=known).stable.tolist() == [[True]]
     lost = map_stability(
-        antenna, [10.0], [0.01], known=replace(known, undefined="nothing was felt"), **rod
+        antenna, [10.0], [0.01], known=replace(known, undefined="nothing was felt")
     )
     assert lost.stable.tolist() == [[False]] and np.isnan(lost.spread).all()
 

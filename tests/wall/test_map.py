@@ -12,14 +12,12 @@ from feeler.wall import (
     Posture,
     approach,
     compare,
-    count_orderings,
     find_peak,
     make_postures,
     map_distance,
-    summarise,
 )
 from feeler.wall.approach import _compute_smooth_curvature
-from feeler.wall.distance import _bootstrap_median, _fit_distance
+from feeler.wall.distance import _fit_distance
 
 
 @pytest.fixture
@@ -74,20 +72,6 @@ def test_peak_at_the_base_is_said_and_no_bend_has_no_peak(fine, method):
     assert peak.position[0] == 0.0 and np.isnan(peak.position[1])
 
 
-def test_a_line_is_fitted_exactly():
-    position = np.linspace(35, 10, 12)
-    distance = 0.5 * position + 1.5
-    found = _fit_distance(distance, position, np.ones(12, bool), np.zeros(12, bool), 0.1)
-    assert (
-        np.isclose(found.r2, 1.0)
-        and np.isclose(found.slope, 0.5)
-        and np.isclose(found.intercept, 1.5)
-    )
-    assert found.monotone and found.error < 1e-9
-    assert found.told_apart == (distance[-1], distance[0])
-    assert np.isclose(found.predict(20.0), 11.5)
-
-
 def test_r2_and_left_out_error_are_numpys_and_by_hand():
     rng = np.random.default_rng(1)
     position = np.sort(rng.uniform(5, 40, 9))[::-1]
@@ -123,9 +107,7 @@ def test_told_apart_is_the_longest_run_that_moves_one_way(way):
 
 def test_peaks_at_the_base_hinge_are_reported_and_not_fitted():
     found = map_distance(
-        approach(
-            cockroach("constant"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0)
-        )
+        approach(cockroach("uniform"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0))
     )
     assert found.at_base.all() and not found.used.any() and found.undefined
 
@@ -141,13 +123,6 @@ def test_a_stiffness_gradient_lays_the_bend_of_a_straight_antenna_where_it_meets
 def test_no_contact_no_estimate():
     found = map_distance(approach(cockroach(), Posture(), (40.0, 20.0, 15.0, 10.0)))
     assert np.isnan(found.position[0]) and not found.used[0]
-
-
-def test_bootstrap_of_the_median():
-    rng = np.random.default_rng(0)
-    median, low, high = _bootstrap_median(np.append(rng.normal(0.7, 0.1, 200), np.nan), rng)
-    assert low < median < high and abs(median - 0.7) < 0.03 and high - low < 0.08
-    assert all(np.isnan(_bootstrap_median(np.array([np.nan]), rng)))
 
 
 def test_sweeps_go_to_the_executor_that_is_given():
@@ -170,21 +145,6 @@ def test_sweeps_go_to_the_executor_that_is_given():
         **options,
     )
     assert executor.asked == 2
-
-
-def test_the_sensitivity_table_counts_every_set_up():
-    antennas = {name: cockroach(name) for name in ("exponential", "linear")}
-    postures = make_postures(
-        ({"reading": "midline"}, {"reading": "total"}), ({"prebend": "none", "friction": 0.0},)
-    )
-    measures = ({"quantity": "bend", "method": "smooth"},)
-    cases = compare(antennas, postures, distances=(9.0, 8.0, 7.0, 6.0), measures=measures)
-    assert len(cases) == 4
-    table = summarise(cases, np.random.default_rng(0))
-    assert all(row["set_ups"] == 2 for row in table.values())
-    counts = count_orderings(cases, ("exponential", "linear"))
-    assert sum(counts["all", ""].values()) == 2
-    assert sum(counts["reading", "total"].values()) == 1
 
 
 @pytest.mark.parametrize(

@@ -15,16 +15,14 @@ from feeler.wall import (
     calibrate,
     drive,
     follow,
-    following,
     make_turn,
     slide,
 )
-from feeler.wall.distance import BENDS, FRICTIONS, _fit_distance
-from feeler.wall.following import BODY_LOST, CALIBRATION, LISTENING, SETTLING
+from feeler.wall.following import BODY_LOST
 
 
 @pytest.mark.further
-@pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
+@pytest.mark.parametrize("profile", ["exponential", "linear", "uniform", "matched"])
 def test_the_j_slides_and_stays_at_every_distance(profile):
     """The wall passes 18 mm backward: the tip stays behind, pressed to the wall, pointing backward,
     at every sample.
@@ -37,48 +35,6 @@ def test_the_j_slides_and_stays_at_every_distance(profile):
     wall = 0.3 * 59.0
     moved = touch.points[:, -1, -1, 1] - touch.points[:, 0, -1, 1]
     assert np.all(np.abs(moved) < 0.3 * wall)  # it slides; it is not carried along
-
-
-def test_a_wall_sliding_on_the_left_is_the_mirror_image():
-    right, left = (
-        slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1)
-        for side in ("right", "left")
-    )
-    np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
-    np.testing.assert_allclose(left.points, right.points * [-1.0, 1.0], atol=1e-7)
-    for shown in ("contact", "inverted"):
-        assert (
-            np.array_equal(getattr(left, shown), getattr(right, shown)) and right.contact.any()
-        )
-
-
-@pytest.mark.parametrize("engine", ["rod-inertia", "chain"])
-def test_the_user_s_engine_and_workers_slide(engine):
-    touch = slide(
-        cockroach(),
-        Posture(),
-        (16.0, 12.0),
-        duration=10.0,
-        timestep=0.1,
-        engine=engine,
-        workers=1,
-    )
-    usual = slide(cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1)
-    for found, expected in zip(touch.motions, usual.motions, strict=True):
-        assert not np.array_equal(found.angle, expected.angle)
-        np.testing.assert_allclose(
-            np.cumsum(found.angle, axis=1), np.cumsum(expected.angle, axis=1), atol=0.05
-        )
-
-
-def test_tensors_of_a_wall_keep_the_contract():
-    data = slide(
-        cockroach(), Posture(), (16.0, 8.0), duration=10.0, timestep=0.1
-    ).make_dataset()
-    assert data["angle"].dims == ("trial", "sensor", "time")
-    assert data.sizes == {"trial": 2, "sensor": 56, "time": 10, "axis": 2}
-    assert data["distance"].values.tolist() == [16.0, 8.0]
-    assert set(data["feature"].values) == {"wall"}
 
 
 def test_a_slow_drive_passes_through_the_equilibria():
@@ -213,27 +169,6 @@ def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_r
     assert (error.min() < -0.1) == (damping_ratio < 1)
 
 
-def test_choices_of_the_controller_and_of_the_declared_family():
-    """[C]: mm, rad/ms, 1, ms, rad/ms, ms; frictions of the walls that claims about walls are judged
-    over.
-    """
-    usual = Controller()
-    assert (usual.target, usual.frequency, usual.damping_ratio) == (12.0, 0.02, 1.0)
-    assert (usual.delay, usual.max_turn, usual.smoothing) == (10.0, 0.03, 5.0)
-    assert [one["friction"] for one in FRICTIONS] == [0.0, 0.3, 1.0]
-    assert (
-        pytest.approx(np.linspace(25, 5, 20)) == DISTANCES
-        and pytest.approx(np.arange(6, 23)) == CALIBRATION
-    )  # mm
-    hooks = [
-        {"hook_share": 0.25},
-        {"hook_share": 0.5},
-        {"hook_share": 0.5, "tip_heading": 150.0},
-        {"hook_share": 1.0},
-    ]
-    assert list(BENDS) == [*hooks, {"prebend": "rotation"}, {"prebend": "none"}]
-
-
 def test_the_controller_waits_filters_and_has_a_limit():
     steer = Controller(delay=3.0, smoothing=5.0, max_turn=0.03).begin(speed=0.45, period=1.0)
     turns = [steer(13.0) for _ in range(60)]
@@ -255,9 +190,7 @@ def test_the_controller_waits_filters_and_has_a_limit():
     assert [wild(1e3), wild(-1e3)] == [0.03, -0.03]
 
 
-@pytest.mark.parametrize(
-    ("engine", "timestep"), [("rod", 1.0), ("rod-inertia", 0.5), ("chain-consistent", 0.05)]
-)
+@pytest.mark.parametrize(("engine", "timestep"), [("chain", 0.02), ("chain-consistent", 0.1)])
 def test_any_engine_can_carry_the_antenna_along_the_wall(known, engine, timestep):
     course = Course(lengths=(60.0,), turns=())
     usual, run = (
@@ -275,69 +208,13 @@ def test_a_body_that_meets_the_wall_has_ended_there():
         make_turn(70.0),
         controller=blind,
         oracle=True,
-        engine="rod-inertia",
-        timestep=1.0,
     )
     assert run.collided and run.distance[-1] <= BODY_LOST
     assert np.all(run.distance[:-1] > BODY_LOST)
 
 
-def test_a_map_is_read_after_the_antenna_has_settled(monkeypatch):
-    """A runner whose peak moves by 10 µm a millisecond: the median is that of the time of
-    listening.
-    """
-
-    class Moving:
-        period, time = 2.0, 0.0
-
-        def __init__(self, *_):
-            pass
-
-        def go(self, turn):
-            assert turn == 0.0
-            self.time += self.period
-
-        def feel(self):
-            return 0.01 * self.time
-
-    monkeypatch.setattr(following, "_Runner", Moving)
-    found = calibrate(cockroach(), distances=(12.0, 10.0))
-    times = np.arange(SETTLING, SETTLING + LISTENING + 1.0, 2.0)
-    np.testing.assert_allclose(found.position, 0.01 * np.median(times))
-
-
-def test_who_feels_nothing_turns_towards_the_wall_as_at_the_farthest_known_distance():
-    class Deaf:
-        """A body that runs, and whose antenna touches nothing."""
-
-        period, speed, angle = 1.0, 0.45, np.zeros(3)
-        antenna = cockroach()
-
-        def __init__(self):
-            self.turns, self.x = [], -12.0
-
-        @property
-        def body(self):
-            return np.array([self.x, 0.0, 0.0])
-
-        def go(self, turn):
-            self.turns.append(turn)
-
-        def feel(self):
-            return np.nan
-
-    place, every = np.arange(6.0, 22.1, 2.0), np.ones(9, dtype=bool)
-    known = _fit_distance(place, 30 - place, every, ~every, resolution=0.1)
-    deaf = Deaf()
-    run = following._run(deaf, Course(lengths=(40.0,), turns=()), Controller(delay=0.0), known)
-    told = Controller(delay=0.0).begin(0.45, 1.0, 12.0)
-    expected = [0.0, *(told(22.0) for _ in range(len(deaf.turns) - 1))]
-    np.testing.assert_allclose(deaf.turns, expected)
-    assert expected[-1] > 0 and np.isnan(run.estimate).all()
-
-
 def test_steering_by_the_truth_needs_no_map():
-    run = follow(cockroach("constant"), make_turn(-30.0), oracle=True)
+    run = follow(cockroach("uniform"), make_turn(-30.0), oracle=True)
     assert run.map is None and not run.collided and run.error < 3.0
     assert np.isnan(run.estimate).all()
 
@@ -345,7 +222,7 @@ def test_steering_by_the_truth_needs_no_map():
 @pytest.mark.long
 def test_without_a_map_there_is_nothing_to_steer_by():
     with pytest.raises(InvalidInput, match="no map to steer by"):
-        follow(cockroach("constant"), make_turn(30.0))
+        follow(cockroach("uniform"), make_turn(30.0))
 
 
 @pytest.mark.parametrize(
@@ -360,7 +237,7 @@ def test_without_a_map_there_is_nothing_to_steer_by():
         (lambda: Controller(delay=-1.0), "delay must be ≥ 0 ms"),
         (lambda: follow(cockroach(), speed=0.0), "speed must be"),
         (lambda: follow(cockroach(), start=-1.0), "start must be"),
-        (lambda: follow(cockroach(), oracle=True, timestep=0.3), "whole timesteps"),
+        (lambda: follow(cockroach(), oracle=True, timestep=0.03), "whole timesteps"),
         (lambda: follow(cockroach(), oracle=True, engine="spring"), "unknown engine 'spring'"),
     ],
 )

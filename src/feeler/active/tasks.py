@@ -9,9 +9,8 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from scipy.special import log_softmax
 
-from feeler.antenna.animals import cockroach
+from feeler.antenna.animals import SampledAntennas, cockroach
 from feeler.antenna.segments import Antenna, require_plane
-from feeler.antenna.variants import SampledAntennas
 from feeler.errors import InvalidInput
 from feeler.objects import Common, Nuisances, Task, parse_noise
 from feeler.objects.motion import BaseMotion

@@ -493,7 +493,9 @@ def _make_ssim(
             f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
             f" {window} window. Use border='replicate'."
         )
-    taps = _make_taps()
+    offset = np.arange(-_RADIUS, _RADIUS + 1)
+    taps = np.exp(-0.5 * (offset / _SIGMA) ** 2)
+    taps = taps / taps.sum()
     c1, c2 = (_K1 * data_range) ** 2, (_K2 * data_range) ** 2
 
     def prepare(part: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -505,12 +507,6 @@ def _make_ssim(
 
 
 SSIM = Index(label="SSIM", make=_make_ssim)
-
-
-def _make_taps() -> np.ndarray:
-    offset = np.arange(-_RADIUS, _RADIUS + 1)
-    taps = np.exp(-0.5 * (offset / _SIGMA) ** 2)
-    return taps / taps.sum()
 
 
 def _pad(images: np.ndarray, border: str) -> np.ndarray:

@@ -42,6 +42,7 @@ from feeler.physics.statics import compute_point
 from feeler.presets import PRESETS, make_preset
 from feeler.progress import Advance
 from feeler.records import Shown
+from feeler.renamed import rename_antenna
 from feeler.spikes import draw_spikes, find_gain, place_sensilla, read_trains
 from feeler.tensors.schema import make_motion_tensors
 from feeler.tracking import (
@@ -244,8 +245,8 @@ def _find_antenna(study: AnimalStudy) -> None:
             name=plan.name,
         )
     elif plan.antenna:
-        preset = plan.antenna in PRESETS
-        made = make_preset(plan.antenna) if preset else load_antenna(plan.find(plan.antenna))
+        name = rename_antenna(plan.antenna)
+        made = make_preset(name) if name in PRESETS else load_antenna(plan.find(name))
         study.start = made.flatten().replace(name=plan.name)
     study.antenna = study.start
 

@@ -1,9 +1,13 @@
 """What an antenna is: profiles, morphology, sensors, presets. No simulator in here."""
 
-from feeler.antenna.modes import compute_base_response, compute_modes
+from feeler.antenna.animals import SampledAntennas, sample_antennas
 from feeler.antenna.profiles import PROFILES, Constant, Exponential, Linear, Sigmoid, Tabulated
-from feeler.antenna.segments import Antenna, make_even_sensors
-from feeler.antenna.variants import SampledAntennas, sample_antennas
+from feeler.antenna.segments import (
+    Antenna,
+    compute_base_response,
+    compute_modes,
+    make_even_sensors,
+)
 
 __all__ = [
     "PROFILES",

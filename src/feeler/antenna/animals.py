@@ -1,19 +1,26 @@
-"""Antennas of animals: every number with its source."""
+"""Antennas of animals, every number with its source; and random variants of an antenna."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Literal
+from typing import Any, Literal, overload
 
 import numpy as np
 
 from feeler.antenna.files import PAPER, AntennaFile, Fact, Source, parse_antenna
-from feeler.antenna.modes import compute_modes
 from feeler.antenna.profiles import Constant, Exponential, Linear, Sigmoid
-from feeler.antenna.segments import Antenna, Follicle, make_even_sensors, to_vector
+from feeler.antenna.segments import (
+    Antenna,
+    Follicle,
+    compute_modes,
+    make_even_sensors,
+    to_vector,
+)
+from feeler.draw import Drawn, LogRange, Spread, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
-from feeler.validation import Count, checked
+from feeler.renamed import rename_antenna
+from feeler.validation import Count, Seed, checked
 
 # Fit the sigmoid of segment lengths to measured antennae.
 
@@ -118,7 +125,7 @@ _LINEAR = (
     "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.60"
     " (18.4 Hz, ζ 0.55; deflection ratios 0.56 and 0.77 instead of 0.22 and 0.55)"
 )
-_CONSTANT = (
+_UNIFORM = (
     "fitted to the reconstructed targets: error 1.89 (17.8 Hz, ζ 0.54; deflection ratios 0.62 and"
     " 0.82 instead of 0.22 and 0.55)"
 )
@@ -163,11 +170,11 @@ FACTS: dict[str, Fact] = {
     "linear_stiffness_tip": Fact(value=3.85e-4, unit="N·mm/rad", tag="D+C", note=_LINEAR),
     "linear_damping_base": Fact(value=4.44, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
     "linear_damping_tip": Fact(value=0.0176, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
-    "constant_stiffness": Fact(value=0.395, unit="N·mm/rad", tag="D+C", note=_CONSTANT),
-    "constant_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
+    "uniform_stiffness": Fact(value=0.395, unit="N·mm/rad", tag="D+C", note=_UNIFORM),
+    "uniform_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_UNIFORM),
 }
 
-PROFILE_NAMES = ("exponential", "linear", "constant", "matched")
+PROFILE_NAMES = ("exponential", "linear", "uniform", "matched")
 
 
 @checked
@@ -177,7 +184,7 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     Parameters
     ----------
     profile
-        ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and
+        ``exponential``: the published fit. ``linear``, ``uniform``: their own stiffness and
         damping, fitted to the same targets; neither can meet the deflection ratios. ``matched``:
         constant stiffness with the same total compliance Σ 1/k_n, so that profile and overall
         softness are not confounded.
@@ -190,7 +197,7 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     Antenna
         140 segments, 42 mm, named after the profile.
     """
-    if profile not in PROFILE_NAMES:
+    if (profile := rename_antenna(profile)) not in PROFILE_NAMES:
         raise InvalidInput(f"unknown profile {profile!r}; valid: {', '.join(PROFILE_NAMES)}.")
     return _make_cockroach(profile, sensors)
 
@@ -243,13 +250,26 @@ def list_sources(profile: str) -> dict[str, Source]:
 @cache  # an antenna cannot be changed, so one may serve all who ask
 def _make_cockroach(profile: str, sensors: str) -> Antenna:
     n = int(_v("n_segments"))
+    # Constant density, radius falling exponentially with arc length [P form, D numbers].
+    length = _segment_length(n)
+    x = (np.cumsum(length) - length / 2) / length.sum()
+    radius = _v("radius_base") * (_v("radius_tip") / _v("radius_base")) ** x
+    placements = {
+        "even": make_even_sensors(n, int(_v("n_sensors"))),
+        "distal": np.arange(n - 111, n + 1, 2),
+        "all": np.arange(1, n + 1),
+    }
+    if sensors not in placements:
+        raise InvalidInput(
+            f"unknown sensor placement {sensors!r}; valid: {', '.join(placements)}."
+        )
     exponential = Antenna(
         segment_length=_segment_length(n),
-        segment_mass=_segment_mass(n),
+        segment_mass=(_v("density") * np.pi * radius**2 * length),
         radius=np.full(n, _v("collision_radius")),
         stiffness=Exponential(base=_v("stiffness_base"), rate=_v("stiffness_rate")).sample(n),
         damping=Exponential(base=_v("damping_base"), rate=_v("damping_rate")).sample(n),
-        sensors=_sensors(sensors, n),
+        sensors=placements[sensors],
         name="exponential",
     )
     return exponential if profile == "exponential" else _control(exponential, profile)
@@ -270,27 +290,6 @@ def _segment_length(n: int) -> np.ndarray:
     return _v("length") * share / share.sum()
 
 
-def _segment_mass(n: int) -> np.ndarray:
-    """Constant density, radius falling exponentially with arc length [P form, D numbers]."""
-    length = _segment_length(n)
-    x = (np.cumsum(length) - length / 2) / length.sum()
-    radius = _v("radius_base") * (_v("radius_tip") / _v("radius_base")) ** x
-    return _v("density") * np.pi * radius**2 * length
-
-
-def _sensors(placement: str, n: int) -> np.ndarray:
-    placements = {
-        "even": make_even_sensors(n, int(_v("n_sensors"))),
-        "distal": np.arange(n - 111, n + 1, 2),
-        "all": np.arange(1, n + 1),
-    }
-    if placement not in placements:
-        raise InvalidInput(
-            f"unknown sensor placement {placement!r}; valid: {', '.join(placements)}."
-        )
-    return placements[placement]
-
-
 def _control(exponential: Antenna, profile: str) -> Antenna:
     n = exponential.n_segments
     if profile == "matched":
@@ -300,8 +299,8 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
         )
 
     def sample(quantity: str) -> np.ndarray:
-        if profile == "constant":
-            return Constant(value=_v(f"constant_{quantity}")).sample(n)
+        if profile == "uniform":
+            return Constant(value=_v(f"uniform_{quantity}")).sample(n)
         base, tip = (_v(f"linear_{quantity}_{end}") for end in ("base", "tip"))
         return Linear(base=base, tip=tip).sample(n)
 
@@ -438,3 +437,100 @@ def read_species(name: str) -> AntennaFile:
     """The antenna and the sources of its quantities."""
     file = f"{name}.toml"
     return parse_antenna((_FILES / file).read_text(encoding="utf-8"), file)
+
+
+@checked
+class SampledAntennas(Sequence[Antenna]):
+    """Variants of one antenna, each made when it is asked for; ``touch`` gives trial k number k
+    modulo their number.
+
+    Attributes
+    ----------
+    antenna
+        What they are variants of.
+    columns
+        By name, what each is multiplied by: ``stiffness``, ``damping``, ``mass``; and ``gradient``,
+        which is added to the logarithm of the stiffness along the antenna, −½ of it at the base and
+        ½ at the tip. They become the coordinates ``antenna_stiffness`` … of the touches.
+    recipe
+        Plain data that make the same again.
+    """
+
+    def __init__(
+        self, antenna: Antenna, columns: dict[str, np.ndarray], recipe: dict[str, Any]
+    ) -> None:
+        self.antenna, self.columns, self.recipe = antenna, columns, recipe
+
+    def __len__(self) -> int:
+        return len(self.columns["stiffness"])
+
+    @overload
+    def __getitem__(self, index: int) -> Antenna: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Antenna]: ...
+    def __getitem__(self, index: int | slice) -> Antenna | list[Antenna]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(len(self))[index]]
+        k = range(len(self))[index]
+        stiffness, damping, mass, gradient = (
+            float(self.columns[name][k])
+            for name in ("stiffness", "damping", "mass", "gradient")
+        )
+        n = self.antenna.n_segments
+        tilt = np.exp(gradient * ((np.arange(n) + 0.5) / n - 0.5))
+        return self.antenna.replace(
+            stiffness=self.antenna.stiffness * stiffness * tilt,
+            damping=self.antenna.damping * damping,
+            segment_mass=self.antenna.segment_mass * mass,
+            name=f"{self.antenna.name} {k}",
+        )
+
+    def __repr__(self) -> str:
+        return f"{len(self)} variants of {self.antenna!r}"
+
+
+@checked
+def sample_antennas(
+    n: Drawn,
+    antenna: Antenna | None = None,
+    *,
+    stiffness: Spread = LogRange(0.8, 1.25),
+    damping: Spread = LogRange(0.8, 1.25),
+    mass: Spread = LogRange(0.9, 1.1),
+    gradient: Spread = (-0.5, 0.5),
+    seed: Seed = 0,
+) -> SampledAntennas:
+    """Random variants of an antenna: as stiff, damped and heavy as ranges or distributions say;
+    geometry stays.
+
+    The k-th is the same however many are drawn. All defaults are choices [C].
+
+    Parameters
+    ----------
+    antenna
+        Default: the cockroach's.
+    stiffness, damping, mass
+        Factors, > 0: a number, a range (low, high), a list of choices, a ``LogRange`` or a frozen
+        distribution of scipy.stats.
+    gradient
+        Added to the logarithm of the stiffness along the antenna: at the tip it is exp(gradient)
+        times as stiff, relative to the base, as it was.
+
+    Raises
+    ------
+    InvalidInput
+        A range that leaves what an antenna may have.
+    """
+    antenna = antenna or cockroach()
+    spreads = {"stiffness": stiffness, "damping": damping, "mass": mass, "gradient": gradient}
+    columns = {
+        name: spread_out(s, name, draw_shares(seed, f"antenna {name}", n))
+        for name, s in spreads.items()
+    }
+    for name in ("stiffness", "damping", "mass"):
+        if columns[name].min() <= 0:
+            raise InvalidInput(
+                f"{name} is a factor > 0, got {columns[name].min():.3g} from {spreads[name]!r}."
+            )
+    recipe = {name: describe_spread(spread) for name, spread in spreads.items()}
+    return SampledAntennas(antenna, columns, {**recipe, "n": int(n), "seed": int(seed)})

@@ -10,7 +10,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Record
-from feeler.validation import show
+from feeler.validation import Count, checked, show
 
 # Profiles: one quantity along the antenna as a function of segment number, described by a few
 # numbers.
@@ -25,11 +25,6 @@ class Profile(Protocol):
         ...
 
 
-def _check_count(n_segments: int) -> None:
-    if n_segments < 1:
-        raise InvalidInput(f"a profile needs at least 1 segment, got n_segments={n_segments}.")
-
-
 class Exponential(Record):
     """``base * exp(rate * (n - 1))`` for segment n = 1, 2, … (Methods, antenna model).
 
@@ -40,9 +35,9 @@ class Exponential(Record):
     base: float
     rate: float
 
-    def sample(self, n_segments: int) -> np.ndarray:
+    @checked
+    def sample(self, n_segments: Count) -> np.ndarray:
         """Values (segment,)."""
-        _check_count(n_segments)
         return self.base * np.exp(self.rate * np.arange(n_segments))
 
 
@@ -52,9 +47,9 @@ class Linear(Record):
     base: float
     tip: float
 
-    def sample(self, n_segments: int) -> np.ndarray:
+    @checked
+    def sample(self, n_segments: Count) -> np.ndarray:
         """Values (segment,)."""
-        _check_count(n_segments)
         return np.linspace(self.base, self.tip, n_segments)
 
 
@@ -63,9 +58,9 @@ class Constant(Record):
 
     value: float
 
-    def sample(self, n_segments: int) -> np.ndarray:
+    @checked
+    def sample(self, n_segments: Count) -> np.ndarray:
         """Values (segment,)."""
-        _check_count(n_segments)
         return np.full(n_segments, float(self.value))
 
 
@@ -79,9 +74,9 @@ class Sigmoid(Record):
     slope: float
     centre: float
 
-    def sample(self, n_segments: int) -> np.ndarray:
+    @checked
+    def sample(self, n_segments: Count) -> np.ndarray:
         """Values (segment,)."""
-        _check_count(n_segments)
         return self.at((np.arange(n_segments) + 0.5) / n_segments)
 
     def at(self, x: np.ndarray) -> np.ndarray:
@@ -110,9 +105,9 @@ class Tabulated(Record):
                 f"Tabulated.x must rise strictly, got {tuple(self.x)}. Sort the table by x."
             )
 
-    def sample(self, n_segments: int) -> np.ndarray:
+    @checked
+    def sample(self, n_segments: Count) -> np.ndarray:
         """Values (segment,); outside the table the nearest end's value."""
-        _check_count(n_segments)
         return np.interp((np.arange(n_segments) + 0.5) / n_segments, self.x, self.values)
 
 
@@ -125,7 +120,6 @@ def _sample_quantity(
     value: Any, n_segments: int, segment_length: np.ndarray | None = None
 ) -> np.ndarray:
     """Values (segment,) of a number, an array, a profile or a formula."""
-    _check_count(n_segments)
     if isinstance(value, Profile):
         return value.sample(n_segments)
     found = (

@@ -1,6 +1,5 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
 
-from feeler.calibration.films import Film, join_films, load_film, make_film
 from feeler.calibration.fitting import (
     METHODS,
     EigenParameters,
@@ -26,10 +25,14 @@ from feeler.calibration.joint import (
     predict_release,
 )
 from feeler.calibration.measurements import (
+    Film,
     ForceCurve,
     compute_force,
+    join_films,
+    load_film,
     load_forces,
     load_microscope,
+    make_film,
 )
 from feeler.calibration.problem import (
     Measured,

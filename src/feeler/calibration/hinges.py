@@ -11,6 +11,7 @@ import numpy as np
 from feeler.antenna import Antenna, Constant, Exponential, Linear
 from feeler.errors import InvalidInput
 from feeler.records import Record, Registry, freeze
+from feeler.renamed import rename_antenna
 from feeler.validation import checked, show
 
 # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
@@ -174,11 +175,11 @@ def _make_linear(antenna: Antenna) -> Hinges:
     )
 
 
-@FAMILIES.register("constant")
+@FAMILIES.register("uniform")
 def _make_constant(antenna: Antenna) -> Hinges:
     """One stiffness and one damping for all hinges."""
     return _make(
-        "constant",
+        "uniform",
         antenna,
         [("stiffness", _K, 0.395, 1e-2, 1e3, True), ("damping", _C, 3.17, 1e-2, 1e4, True)],
         lambda p, n: {
@@ -225,7 +226,7 @@ def _make_tilt(antenna: Antenna) -> Hinges:
 @checked
 def make_hinges(name: str, antenna: Antenna) -> Hinges:
     """The family called ``name`` on ``antenna``; the error lists the valid names."""
-    return FAMILIES[name](antenna)
+    return FAMILIES[rename_antenna(name)](antenna)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,10 +13,9 @@ from scipy.stats import t as student
 
 from feeler.analysis import measure_deflection_ratios
 from feeler.antenna import Antenna, compute_modes
-from feeler.calibration.films import Film
 from feeler.calibration.fitting import EigenParameters, _decompose
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.measurements import ForceCurve, compute_force
+from feeler.calibration.measurements import Film, ForceCurve, compute_force
 from feeler.calibration.problem import Protocol
 from feeler.calibration.traces import (
     LATE,

@@ -311,22 +311,19 @@ def _measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeR
             " is too noisy. Sample faster, and check that the first sample is the release."
         )
     try:
+        # The trace through a cubic Savitzky–Golay filter, so that noise moves no turning
+        # point.
+        crossing = int(np.argmax(trace * np.sign(trace[0]) <= 0))
+        window = 2 * int(0.4 * crossing) + 1
         free = measure_free_response(
-            time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False
+            time,
+            (savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace),
+            floor=float(np.clip(4 * noise, 1e-3, 0.2)),
+            fit=False,
         )
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
     return free
-
-
-def _smooth(trace: np.ndarray) -> np.ndarray:
-    """The trace through a cubic Savitzky–Golay filter, so that noise moves no turning point.
-
-    It spans 80 % of the time to the first zero crossing.
-    """
-    crossing = int(np.argmax(trace * np.sign(trace[0]) <= 0))
-    window = 2 * int(0.4 * crossing) + 1
-    return savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace
 
 
 @checked

@@ -7,7 +7,7 @@ Examples:
 
   feeler antenna cricket.toml --preset cricket
 
-  feeler antenna soft.toml --preset constant --sensors all
+  feeler antenna soft.toml --preset uniform --sensors all
 
   feeler antenna mine.toml --from segments.csv --modulus 300      columns length_um, diameter_um
 

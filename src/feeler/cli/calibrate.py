@@ -74,7 +74,7 @@ def calibrate(
     profile: Annotated[
         str,
         typer.Option(
-            help="exponential, linear, constant, scale, tilt …; an unknown name lists all"
+            help="exponential, linear, uniform, scale, tilt …; an unknown name lists all"
         ),
     ] = "",
     antenna: Annotated[

@@ -70,10 +70,10 @@ def score(
     by: By = "",
 ) -> None:
     """Score methods on objects that are new to them."""
-    from feeler.cli.choose import name_reader
-    from feeler.decoding import READERS
+    from feeler.cli.choose import name_classifier
+    from feeler.decoding import CLASSIFIERS
 
-    makers = {text: READERS[name_reader(text)] for text in methods}
+    makers = {text: CLASSIFIERS[name_classifier(text)] for text in methods}
     _score(touches, makers, noise, out, by)
 
 

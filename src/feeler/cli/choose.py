@@ -14,14 +14,15 @@ from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, suggest
 from feeler.files import load_function
 from feeler.presets import PRESETS, make_preset
+from feeler.renamed import rename_antenna
 
 _SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
 
 
 def choose_antenna(name: str) -> Antenna:
     """A preset by name, or an antenna file or robot file by path."""
-    if name in PRESETS:
-        return make_preset(name)
+    if (known := rename_antenna(name)) in PRESETS:
+        return make_preset(known)
     if name.endswith(".toml") or Path(name).exists():
         from feeler.robot.description import is_robot_file, load_robot
 
@@ -36,16 +37,16 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
-def name_reader(text: str) -> str:
+def name_classifier(text: str) -> str:
     """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
     which gives a classifier and is known by this text from now on.
     """
-    from feeler.decoding import READERS
+    from feeler.decoding import CLASSIFIERS
 
     file, _, name = text.partition(":")
-    if file.endswith(".py") and text not in READERS:
-        READERS.register(text, load_function(Path(file), name or "make", "a classifier"))
-    READERS[text]
+    if file.endswith(".py") and text not in CLASSIFIERS:
+        CLASSIFIERS.register(text, load_function(Path(file), name or "make", "a classifier"))
+    CLASSIFIERS[text]
     return text
 
 
@@ -67,6 +68,7 @@ def _name_antennas(
     from feeler.objects.trials import SPEEDS, make_features
 
     taken = {*PRESETS, *SPEEDS, *(feature.kind for feature in make_features())}
+    names = [rename_antenna(name) for name in names]
     short = {name: Path(name).stem for name in names}
     return {
         Path(name).name if short[name] in taken else short[name]: choose(name) for name in names

@@ -2,11 +2,11 @@
 
 Examples:
 
-  feeler compare exponential constant
+  feeler compare exponential uniform
 
   feeler compare cricket mine.toml --objects objects.toml --speed 0.3 --out mine.html --scale quick
 
-  feeler compare exponential cricket --scale smoke --reader svm --json
+  feeler compare exponential cricket --scale smoke --classifier svm --json
 """
 
 import tempfile
@@ -31,11 +31,13 @@ def compare(
         typer.Option(help="TOML with a table [[object]] each; default: the paper's six"),
     ] = None,
     speed: Annotated[float, typer.Option(help="speed of the touches [m/s]")] = 0.06,
-    reader: Annotated[
+    classifier: Annotated[
         str,
         typer.Option(
+            "--classifier",
+            "--reader",  # its name before 0.4
             help="classifier of the touches, or mine.py:make, a function that gives one;"
-            " an unknown name lists all"
+            " an unknown name lists all",
         ),
     ] = "lda",
     as_json: Json = False,
@@ -44,7 +46,7 @@ def compare(
 
     Dispersion, entropy and accuracy against noise of several antennas, on one page.
     """
-    from feeler.cli.choose import _name_antennas, name_reader
+    from feeler.cli.choose import _name_antennas, name_classifier
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
@@ -52,11 +54,11 @@ def compare(
     from feeler.provenance import describe_versions
 
     effort = EFFORTS[scale]
-    name_reader(reader)  # refused before anything is simulated
+    name_classifier(classifier)  # refused before anything is simulated
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential"
-            " constant."
+            " uniform."
         )
     chosen = _name_antennas(antennas)
     if len(chosen) < len(set(antennas)):
@@ -79,7 +81,7 @@ def compare(
         tensors,
         encoder,
         plan=effort.plan,
-        reader=reader,
+        classifier=classifier,
         random_state=seed,
         report=lambda line: typer.echo(line, err=as_json),
     )
@@ -90,8 +92,8 @@ def compare(
         f" {len(touches)} touches at {speed:g} m/s."
         " Complete touches, equally many samples of each antenna until its last touch lets go: "
         + ", ".join(f"{name} {end:.0f} ms" for name, end in ends.items())
-        + f". Read by {reader}. Accuracies are means over noise of {ratios} %: of each touch's own"
-        " signal (relative), or of the greatest signal of all antennae (common)."
+        + f". Classified by {classifier}. Accuracies are means over noise of {ratios} %: of each"
+        " touch's own signal (relative), or of the greatest signal of all antennae (common)."
         f" {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)

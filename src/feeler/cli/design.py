@@ -45,11 +45,13 @@ def design(
     seed: Annotated[
         int | None, typer.Option(min=0, help="seed of the search; the touches have another")
     ] = None,
-    reader: Annotated[
+    classifier: Annotated[
         str | None,
         typer.Option(
+            "--classifier",
+            "--reader",  # its name before 0.4
             help="classifier that scores antennas in place of the usual one: lda, svm …, or"
-            " mine.py:make, a function that gives one"
+            " mine.py:make, a function that gives one",
         ),
     ] = None,
     workers: Annotated[
@@ -69,7 +71,7 @@ def design(
     The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
-    from feeler.cli.choose import choose_executor, name_reader
+    from feeler.cli.choose import choose_executor, name_classifier
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
@@ -84,7 +86,7 @@ def design(
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
     with choose_executor(workers, cluster) as executor, kept, _watching(plan, out) as watch:
-        own = {} if reader is None else {"reader": name_reader(reader)}
+        own = {} if classifier is None else {"classifier": name_classifier(classifier)}
         found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
 

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, _try_movie, say
+from feeler.cli.options import EngineName, Json, _try_movie, say
 from feeler.files import write_text
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
@@ -44,12 +44,7 @@ def follow(
     ] = None,
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 0.0,
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
-    engine: Annotated[
-        str | None,
-        typer.Option(
-            help="rod-inertia, chain-consistent or chain; default: what fits the antenna"
-        ),
-    ] = None,
+    engine: EngineName = "chain-consistent",
     timestep: Annotated[
         float | None, typer.Option(help="integration step [ms]; default: what the speed needs")
     ] = None,

@@ -104,7 +104,7 @@ _SHOWN_FIRST = {
     "calibrate": ("data", "frame_rate", "release", "profile", "out"),
     "design": ("new", "out", "evaluations", "starts", "seed"),
     "reproduce": ("scale", "out", "open_", "antenna", "change"),
-    "tradeoff": ("out", "antenna", "objects", "speed", "reader"),
+    "tradeoff": ("out", "antenna", "objects", "speed", "classifier"),
     "active": ("out", "policy", "antenna", "noise", "sets"),
     "export": ("feature", "location", "speed", "antenna", "body"),
     "follow": ("turn", "speed", "target", "friction", "out"),
@@ -127,7 +127,7 @@ _CALLED = {
     "radius": "size",
     "half_width": "size",
     "inter_antennal_angle": "angle",
-    "readers": "reader",
+    "classifiers": "classifier",
     "n_hinges": "hinges",
     "unit": "time_unit",
 }
@@ -262,7 +262,7 @@ EngineName = Annotated[
     str,
     typer.Option(
         help="simulator: chain-consistent (most accurate at its timestep), chain (computes MuJoCo's"
-        " equations), mujoco (MuJoCo itself) or rod (for walls)"
+        " equations) or mujoco (MuJoCo itself)"
     ),
 ]
 

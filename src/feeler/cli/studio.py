@@ -56,12 +56,13 @@ def studio(
 
     from feeler.cli.robot_options import _Robot
     from feeler.presets import PRESETS
+    from feeler.renamed import rename_antenna
     from feeler.robot import load_calibration
     from feeler.studio import Boards, Studio
     from feeler.studio.requests import wish_for
 
     robot = _Robot(antenna)
-    wish = wish_for(antenna if antenna in PRESETS else robot.antenna)
+    wish = wish_for(known if (known := rename_antenna(antenna)) in PRESETS else robot.antenna)
     if page is not None:
         _write(page, wish)
         return

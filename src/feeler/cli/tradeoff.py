@@ -36,13 +36,15 @@ def tradeoff(
             min=1, help="how often all touches are drawn; default 80 (4 minutes on two cores)"
         ),
     ] = None,
-    reader: Annotated[
+    classifier: Annotated[
         list[str] | None,
         typer.Option(
+            "--classifier",
+            "--reader",  # its name before 0.4
             help="classifier that names the touches, more than once: ideal (knows every touch;"
             " default), lda, svm, templates …, or mine.py:make, a function that gives one;"
             " all but ideal learn from touches of their own, which"
-            " takes minutes for each draw"
+            " takes minutes for each draw",
         ),
     ] = None,
     journal: Annotated[
@@ -58,13 +60,13 @@ def tradeoff(
     Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import _name_antennas, name_reader
+    from feeler.cli.choose import _name_antennas, name_classifier
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 
-    reader = [name_reader(text) for text in reader or ()]
-    given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
+    classifier = [name_classifier(text) for text in classifier or ()]
+    given = {"sets": sets, "speeds": speed, "objects": objects, "classifiers": classifier}
     study = load_declared(
         **{
             name: tuple(value) if isinstance(value, list) else value
@@ -84,4 +86,4 @@ def tradeoff(
     )
     page = write_tradeoff(measured, study, out, conditions)
     plain = {"antennas": {name: found.to_dict() for name, found in measured.items()}}
-    say(as_json, plain | {"readers": reader, "page": page}, [f"page: {page}"])
+    say(as_json, plain | {"classifiers": classifier, "page": page}, [f"page: {page}"])

@@ -2,7 +2,7 @@
 
 Examples:
 
-  feeler wall exponential linear constant --out out/wall
+  feeler wall exponential linear uniform --out out/wall
 
   feeler wall own.toml --prebend none --friction 0                  a straight antenna
 
@@ -75,7 +75,7 @@ def wall(
     posture = Posture(inter_antennal_angle=angle, friction=friction, hook_share=hook, **said)
     sweeps = {}
     chosen = _name_antennas(
-        antennas or ["exponential", "linear", "constant", "matched"], _choose_planar
+        antennas or ["exponential", "linear", "uniform", "matched"], _choose_planar
     )
     for name, antenna in chosen.items():
         last = measure_scale(antenna) * _FAR if far is None else far
@@ -228,11 +228,13 @@ def _save(
         rows,
     )
     several = next(iter(sweeps.values())).distance.size > 1
+    files = ["wall.html", "wall.csv", "shapes.png", "maps.png"]
     write = partial(write_sweeps_movie, sweeps)
     if movie and several and (path := _try_movie(write, out / "wall.mp4")):
         section.movie(
             path, "A wall comes nearer; colours: curvature beyond rest, on one scale."
         )
+        files.append(path.name)
     tables = [
         found.to_frame().assign(contact=sweeps[name].contact, inverted=sweeps[name].inverted)
         for name, found in maps.items()
@@ -251,8 +253,4 @@ def _save(
         ),
         section,
     )
-    typer.echo(
-        f"wrote {out}/wall.html, wall.csv, shapes.png, maps.png, the movie wall.mp4 and each"
-        " antenna's numbers as JSON",
-        err=True,
-    )
+    typer.echo(f"wrote {out}/{', '.join(files)} and each antenna's numbers as JSON", err=True)

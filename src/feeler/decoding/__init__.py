@@ -1,13 +1,13 @@
 """Decoding: classifiers, noise, honest splits. Arrays in, numbers out; no simulator needed."""
 
 from feeler.decoding.classifiers import (
-    READERS,
+    CLASSIFIERS,
+    Classifier,
     PrincipalComponents,
-    Reader,
     make_labels,
     make_lda,
     make_svm,
-    measure_reader,
+    measure_classifier,
 )
 from feeler.decoding.curves import (
     CODES,
@@ -18,7 +18,7 @@ from feeler.decoding.curves import (
     make_codes,
     make_null,
 )
-from feeler.decoding.observers import IdealReader, TemplateReader
+from feeler.decoding.observers import IdealObserver, TemplateClassifier
 from feeler.decoding.streams import StreamDecoder
 from feeler.decoding.sweeps import (
     Confused,
@@ -30,22 +30,23 @@ from feeler.decoding.sweeps import (
     iterate_left_out,
 )
 from feeler.objects.noise import NOISES, Common, Noise, Relative
+from feeler.renamed import find_renamed
 
 __all__ = [
+    "CLASSIFIERS",
     "CODES",
     "NOISES",
-    "READERS",
+    "Classifier",
     "Common",
     "Confused",
-    "IdealReader",
+    "IdealObserver",
     "Noise",
     "PeakEncoder",
     "PrincipalComponents",
-    "Reader",
     "Relative",
     "StreamDecoder",
     "Sweep",
-    "TemplateReader",
+    "TemplateClassifier",
     "compute_jittered",
     "compute_left_out",
     "compute_sweep",
@@ -59,7 +60,8 @@ __all__ = [
     "make_lda",
     "make_null",
     "make_svm",
-    "measure_reader",
+    "measure_classifier",
 ]
 
+__getattr__ = find_renamed(__name__)
 __dir__ = __all__.copy

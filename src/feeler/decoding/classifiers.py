@@ -242,40 +242,40 @@ def share_kept(X: np.ndarray, axes: np.ndarray) -> float:
     return float(np.vdot(kept, kept)) / total if total > 0 else float("nan")
 
 
-# The Reader: whatever says from a tensor which touch it was, by when it is asked.
+# The Classifier: whatever says from a tensor which touch it was, by when it is asked.
 
 NO_CONTACT = ("no contact", float("nan"), float("nan"))
 """What a touch without contact is called."""
 
-READERS: Registry[Any] = Registry(
-    "reader",
-    {one.name: one.value for one in entry_points(group="feeler.readers")}
+CLASSIFIERS: Registry[Any] = Registry(
+    "classifier",
+    {one.name: one.value for one in entry_points(group="feeler.classifiers")}
     | {
         "lda": "feeler.decoding.classifiers:make_lda",
         "svm": "feeler.decoding.classifiers:make_svm",
         "cnn": "feeler.decoding.network:TouchNetwork",
-        "templates": "feeler.decoding.observers:TemplateReader",
+        "templates": "feeler.decoding.observers:TemplateClassifier",
         "stream": "feeler.decoding.streams:StreamDecoder",
-        "ideal": "feeler.decoding.observers:IdealReader",
+        "ideal": "feeler.decoding.observers:IdealObserver",
     },
 )
-"""What makes each known reader, by name. ``READERS.register(name, make)`` adds one to this process;
-a package adds one everywhere, the command line included, by an entry point of the group
-``feeler.readers``: ``mine = "my_package:make"``."""
+"""What makes each known classifier, by name. ``CLASSIFIERS.register(name, make)`` adds one to this
+process; a package adds one everywhere, the command line included, by an entry point of the group
+``feeler.classifiers``: ``mine = "my_package:make"``."""
 
 
-def describe_reader(reader: Any) -> str:
+def describe_classifier(classifier: Any) -> str:
     """A text that another classifier does not have: by it what was computed is found again."""
-    file = Path(str(reader).partition(":")[0])
+    file = Path(str(classifier).partition(":")[0])
     source = file.read_text(encoding="utf-8") if file.suffix == ".py" else ""
-    return f"{reader}\n{source}"
+    return f"{classifier}\n{source}"
 
 
 class _NotFitted(InvalidInput, NotFittedError):
     """Not fitted; scikit-learn's own error too."""
 
 
-class Reader(ClassifierMixin, BaseEstimator):
+class Classifier(ClassifierMixin, BaseEstimator):
     """Says which touch a tensor is of. A scikit-learn classifier of tensors (trial, sensor, time).
 
     A subclass gives ``fit``, which calls ``_keep``, and ``_decide``. Asked about a deadline, it
@@ -299,7 +299,7 @@ class Reader(ClassifierMixin, BaseEstimator):
         check_is_fitted(self)
         return int(self.shape_[0])
 
-    def fit(self, X: Any, y: Labels) -> "Reader":
+    def fit(self, X: Any, y: Labels) -> "Classifier":
         """Learn from tensors (trial, sensor, time) with one label each."""
         raise NotImplementedError
 
@@ -308,8 +308,8 @@ class Reader(ClassifierMixin, BaseEstimator):
 
         ``until`` is the deadline [ms since contact]; None: the whole touch.
         """
-        reader, seen = self._look(X, until)
-        return reader._decide(seen)
+        classifier, seen = self._look(X, until)
+        return classifier._decide(seen)
 
     def predict_proba(self, X: Any, until: float | None = None) -> Any:
         """Probability of each class.
@@ -375,7 +375,7 @@ class Reader(ClassifierMixin, BaseEstimator):
         if isinstance(y, Sequence | np.ndarray) and np.ndim(X) == 3:
             check_labels(X, y)
         self._taught = (stack_planes(X), y, beside)
-        self._parts: dict[int, Reader] = {}
+        self._parts: dict[int, Classifier] = {}
         self.shape_ = _get_shape(self._taught[0])
 
     def _require(self, X: Any = None) -> None:
@@ -384,25 +384,25 @@ class Reader(ClassifierMixin, BaseEstimator):
             check_is_fitted(self)
         except NotFittedError:
             raise _NotFitted(
-                "the reader was asked before it was fitted; call fit(tensors, labels) first."
+                "the classifier was asked before it was fitted; call fit(tensors, labels) first."
             ) from None
         known: tuple[int, ...] = getattr(self, "shape_", ())
         given = _get_shape(X)
         if len(known) == len(given) == 2 and known != given:
             raise InvalidInput(
-                f"the reader learned tensors of {known[0]} sensors × {known[1]} samples, got"
+                f"the classifier learned tensors of {known[0]} sensors × {known[1]} samples, got"
                 f" {given[0]} × {given[1]}. Give it touches of the same sensors and window."
             )
 
-    def _look(self, X: Any, until: float | None) -> tuple["Reader", Any]:
-        """The reader for a deadline, fitted when first asked for, and what it may see."""
+    def _look(self, X: Any, until: float | None) -> tuple["Classifier", Any]:
+        """The classifier for a deadline, fitted when first asked for, and what it may see."""
         X = stack_planes(X)
         self._require(X)
         if until is None or (end := count_until(X, until)) == np.shape(X)[2]:
             return self, X
         if not hasattr(self, "_taught"):
             raise InvalidInput(
-                "this reader came from a file, which holds no touches to learn a deadline from;"
+                "this classifier came from a file, which holds no touches to learn a deadline from;"
                 " fit it again, or ask without until=."
             )
         if end not in self._parts:
@@ -410,7 +410,7 @@ class Reader(ClassifierMixin, BaseEstimator):
             self._parts[end] = self._renew().fit(tensors[:, :, :end], labels, **beside)
         return self._parts[end], X[:, :, :end]
 
-    def _renew(self) -> "Reader":
+    def _renew(self) -> "Classifier":
         """An unfitted copy that takes shorter tensors."""
         return clone(self)
 
@@ -455,15 +455,15 @@ def count_until(tensors: Any, until: float) -> int:
 
 
 @checked
-def measure_reader(
-    reader: Any, tensors: Any, labels: Labels, until: float | None = None
+def measure_classifier(
+    classifier: Any, tensors: Any, labels: Labels, until: float | None = None
 ) -> tuple[float, float]:
-    """Accuracy of a fitted reader, and the bits that it gets from touches with known labels.
+    """Accuracy of a fitted classifier, and the bits that it gets from touches with known labels.
 
     Parameters
     ----------
-    reader
-        A fitted :class:`Reader`.
+    classifier
+        A fitted :class:`Classifier`.
     tensors
         Touches (trial, sensor, time).
     labels
@@ -479,10 +479,10 @@ def measure_reader(
         log₂ K + mean log₂ p(true), a lower bound on the mutual information of class and tensor
         (Barber & Agakov 2003). A touch without noticed contact counts as a guess.
     """
-    chance = np.asarray(reader.predict_proba(tensors, until), dtype=float)
-    classes = list(reader.classes_)
+    chance = np.asarray(classifier.predict_proba(tensors, until), dtype=float)
+    classes = list(classifier.classes_)
     if unknown := [label for label in labels if label not in classes]:
-        raise InvalidInput(f"the reader never learned the class {unknown[0]!r}.")
+        raise InvalidInput(f"the classifier never learned the class {unknown[0]!r}.")
     if len(labels) != len(chance):
         raise InvalidInput(
             f"{len(chance)} touches but {len(labels)} labels; give one for each."
@@ -514,7 +514,7 @@ _LDA_TOL = 1e-4  # scikit-learn's, of singular values within classes
 _MOST_SCORES = 2**23  # at a time, which bounds memory
 
 
-class _FlatPipeline(Reader, Pipeline):
+class _FlatPipeline(Classifier, Pipeline):
     """A pipeline that takes tables (trial, entry), and tensors (trial, sensor, time) flattened."""
 
     def fit(self, X: Any, y: Any = None, **params: Any) -> "_FlatPipeline":
@@ -524,8 +524,8 @@ class _FlatPipeline(Reader, Pipeline):
 
     def predict(self, X: Any, until: float | None = None, **params: Any) -> Any:
         """The label of each trial; labelled where the tensors are."""
-        reader, seen = self._look(X, until)
-        found = Pipeline.predict(reader, _flatten(seen), **params)
+        classifier, seen = self._look(X, until)
+        found = Pipeline.predict(classifier, _flatten(seen), **params)
         return label_like(found, X, ("trial",), "label")
 
     def _decide(self, X: Any) -> np.ndarray:
@@ -572,10 +572,11 @@ def fit_lda(rows: np.ndarray, classes: np.ndarray) -> Callable[[np.ndarray], np.
     means = np.add.reduceat(rows[np.argsort(classes, kind="stable")], starts)
     means /= counts[:, None]
     within = rows - means[classes]
-    scale = within.std(axis=0)
+    square = within.T @ within
+    scale = np.sqrt(np.diag(square) / len(rows))
     scale[scale == 0] = 1.0
-    within /= scale
-    energy, turn = np.linalg.eigh(within.T @ within / max(len(rows) - counts.size, 1))
+    square /= max(len(rows) - counts.size, 1)
+    energy, turn = np.linalg.eigh(square / np.outer(scale, scale))
     keep = energy > _LDA_TOL**2
     white = turn[:, keep] / np.sqrt(energy[keep]) / scale[:, None]
     centre = means.mean(axis=0)

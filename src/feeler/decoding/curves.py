@@ -10,10 +10,11 @@ import xarray as xr
 from sklearn.base import clone
 
 from feeler.analysis.indices import check_tensors
-from feeler.decoding.classifiers import READERS, Reader, make_labels, make_lda
+from feeler.decoding.classifiers import CLASSIFIERS, Classifier, make_labels, make_lda
 from feeler.decoding.sweeps import Plan, Sweep, compute_sweep
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import NOISES, Common, Relative
+from feeler.renamed import rename_arguments
 from feeler.tensors.transforms import (
     MUCH,
     find_right,
@@ -28,7 +29,7 @@ from feeler.tensors.transforms import (
 )
 from feeler.validation import Count, Seed, checked
 
-# The codes that a reader can be given, and two tests of those fitted with their bases.
+# The codes that a classifier can be given, and two tests of those fitted with their bases.
 #
 # The tests are identical touches, which tell nothing, and every touch twice.
 
@@ -312,13 +313,14 @@ class Curves:
         )
 
 
+@rename_arguments(reader="classifier")
 def compute_curves(
     groups: Mapping[str, Group],
     plan: Plan,
     *,
     kinds: Sequence[str] = CODES,
     noises: Sequence[str] | None = None,
-    reader: str | Reader = "lda",
+    classifier: str | Classifier = "lda",
     random_state: Seed = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
@@ -333,16 +335,16 @@ def compute_curves(
         Codes to compare; each group must hold them.
     noises
         Names of noise models; by default all registered ones whose size is a share.
-    reader
-        Who reads the codes, or its name (:data:`READERS`). ``lda``, the paper's, has as many
+    classifier
+        Who reads the codes, or its name (:data:`CLASSIFIERS`). ``lda``, the paper's, has as many
         components as the copies can give. The ideal observer and the templates are told the noise,
         and so are not asked about noise that is added before encoding.
     """
     shares = (name for name, model in NOISES.items() if model.is_share)
     noises = tuple(shares if noises is None else noises)
     # None: each sweep makes an LDA with as many components as its copies can give
-    fixed: Any = None if reader == "lda" else reader
-    fixed = READERS[fixed]() if isinstance(fixed, str) else fixed
+    fixed: Any = None if classifier == "lda" else classifier
+    fixed = CLASSIFIERS[fixed]() if isinstance(fixed, str) else fixed
     told = getattr(fixed, "knows_noise", False)
     peaks = {
         kind: measure_peak(*(group.codes[kind] for group in groups.values())) for kind in kinds
@@ -408,7 +410,7 @@ def compute_curves(
 
 
 def _sweep_kind(
-    codes, labels, kind, model, peak, plan: Plan, random_state, reader
+    codes, labels, kind, model, peak, plan: Plan, random_state, classifier
 ) -> dict[Curve, Sweep]:
     """Main curves with one noise, and the other numbers of copies at the probe ratio."""
     found = {}
@@ -426,7 +428,7 @@ def _sweep_kind(
                 ratios=ratios,
                 n_copies=n_copies,
                 n_repeats=n_repeats,
-                estimator=reader or make_lda(),
+                estimator=classifier or make_lda(),
                 noise=noise,
                 random_state=random_state,
             )
@@ -434,7 +436,7 @@ def _sweep_kind(
 
 
 def _sweep_before(
-    groups, kinds, noises, plan: Plan, random_state, reader
+    groups, kinds, noises, plan: Plan, random_state, classifier
 ) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
     peak = measure_peak(*(group.tensors for group in groups.values()))
@@ -456,7 +458,7 @@ def _sweep_before(
                     n_repeats=plan.before_repeats,
                     noise=NOISES[model]().suit(reference=peak),
                     encode=encode_noisy,
-                    estimator=reader or make_lda(),
+                    estimator=classifier or make_lda(),
                     random_state=random_state,
                 )
     return found

@@ -10,7 +10,7 @@ import numpy as np
 from sklearn.base import clone
 from sklearn.model_selection import train_test_split
 
-from feeler.decoding.classifiers import Reader, check_labels
+from feeler.decoding.classifiers import Classifier, check_labels
 from feeler.errors import InvalidInput, require_extra
 from feeler.progress import show_progress
 from feeler.tensors.models import Model, load_model, save_model
@@ -24,7 +24,7 @@ _KERNEL, _CHANNELS, _PADDING, _POOL, _HIDDEN, _DROPOUT = 15, 32, 2, 2, 50, 0.25
 _PART = 256  # [C] tensors that are converted to single precision at once
 
 
-class TouchNetwork(Reader):
+class TouchNetwork(Classifier):
     """The paper's convolutional network.
 
     Convolution 15 × 15 × 32 with padding 2, batch norm, ReLU, max pool 2 × 2, a layer of 50,

@@ -11,9 +11,9 @@ from sklearn.base import clone
 
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import (
+    Classifier,
     Labels,
     PrincipalComponents,
-    Reader,
     _list_classes,
     check_labels,
     count_until,
@@ -25,7 +25,7 @@ from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import Noise, parse_noise
 from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
 
-# Readers that are told the noise: templates with scatter, and the ideal observer.
+# Classifiers that are told the noise: templates with scatter, and the ideal observer.
 #
 # The ideal observer has the exact posterior over known touches in Gaussian noise of known size.
 
@@ -57,8 +57,8 @@ def fit_class(
     return mean, scatter, np.linalg.inv(small), float(np.linalg.slogdet(small)[1])
 
 
-class _Told(Reader):
-    """A reader that knows the noise: it is told its size, and learns from clean tensors."""
+class _Told(Classifier):
+    """A classifier that knows the noise: it is told its size, and learns from clean tensors."""
 
     knows_noise = True
     sd_: np.ndarray
@@ -109,7 +109,7 @@ class _Told(Reader):
 
 
 def warn_of_copies(
-    reader: Any, tensors: np.ndarray, labels: Labels, *, everywhere: bool = True
+    classifier: Any, tensors: np.ndarray, labels: Labels, *, everywhere: bool = True
 ) -> None:
     """Say where tensors (trial, sensor, time) of one label look like noisy copies of each other.
 
@@ -129,7 +129,7 @@ def warn_of_copies(
             continue
         if np.vdot(off[..., 1:], off[..., :-1]) < _ROUGH * np.vdot(off, off):
             text = (
-                f"{type(reader).__name__} got several tensors of one label that look like noisy"
+                f"{type(classifier).__name__} got several tensors of one label that look like noisy"
                 " copies. It takes each as known without noise, so it is no ideal observer of"
                 " them: fit it on the clean tensors."
             )
@@ -138,7 +138,7 @@ def warn_of_copies(
             return
 
 
-class TemplateReader(_Told):
+class TemplateClassifier(_Told):
     """Quadratic decoder: each class a normal distribution of its own.
 
     With u = (y − m) / s, the distance of a tensor y from the class's mean m in units of the noise
@@ -160,7 +160,7 @@ class TemplateReader(_Told):
         Mean tensor of each class (class, sensor, time).
     """
 
-    def fit(self, X: Any, y: Labels) -> "TemplateReader":
+    def fit(self, X: Any, y: Labels) -> "TemplateClassifier":
         """Learn from clean tensors (trial, sensor, time), with several touches of each class."""
         tensors, labels = self._learn(X, y)
         number = number_labels(labels, self.classes_)
@@ -187,8 +187,8 @@ class TemplateReader(_Told):
         return logits
 
 
-class IdealReader(_Told):
-    """Knows every touch and the noise: no reader of the same touches does better.
+class IdealObserver(_Told):
+    """Knows every touch and the noise: no classifier of the same touches does better.
 
     The touches x_c that it was fitted on are equally likely, and what is met is y = x_c + s_c n
     with independent normal n. Then ln p(y | c) = −½ Σ ((y − x_c) / s_c)² − Σ ln s_c, up to what all
@@ -211,11 +211,11 @@ class IdealReader(_Told):
 
     Notes
     -----
-    :func:`feeler.analysis.compute_information` gives this reader's mean accuracy and bits where
+    :func:`feeler.analysis.compute_information` gives this classifier's mean accuracy and bits where
     the noise of a touch is equal in all entries, without drawing noise of a tensor's size.
     """
 
-    def fit(self, X: Any, y: Labels) -> "IdealReader":
+    def fit(self, X: Any, y: Labels) -> "IdealObserver":
         """Know tensors (trial, sensor, time) without noise, one label each.
 
         Warns where several of one label look like noisy copies: of these it is not ideal.
@@ -265,7 +265,7 @@ Others = tuple[np.ndarray, Sequence[Hashable]]
 _Training = tuple[np.ndarray, Labels, np.ndarray, Others | None]
 
 
-class StudentTClassifier(Reader):
+class StudentTClassifier(Classifier):
     """A multivariate t cloud for each class, all of one shape, on principal components.
 
     The score of class c is −(ν + k)/2 · log(1 + d²_c / ν) for the Mahalanobis distance d_c to its
@@ -480,12 +480,14 @@ class StudentTClassifier(Reader):
         how much it is likelier a stranger's than the limit allows, in standard deviations of the
         known touches that were held out.
         """
-        reader, seen = self._look(X, until)
+        classifier, seen = self._look(X, until)
         strange = np.full(len(seen), np.nan)
         whole = np.isfinite(seen).all(axis=(1, 2))
         if whole.any():
-            squared, likelier = reader._measure(reader._flatten(np.asarray(seen)[whole]))
-            strange[whole] = reader._compare(squared.min(axis=1), likelier)
+            squared, likelier = classifier._measure(
+                classifier._flatten(np.asarray(seen)[whole])
+            )
+            strange[whole] = classifier._compare(squared.min(axis=1), likelier)
         return strange
 
     def _limit(self, nearest: np.ndarray, likelier: np.ndarray) -> None:

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.special import logsumexp
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.classifiers import Labels, Reader, _list_classes, sort_classes
+from feeler.decoding.classifiers import Classifier, Labels, _list_classes, sort_classes
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
@@ -366,7 +366,7 @@ class OnlineNoveltyDetector:
 
     Attributes
     ----------
-    readers_ : dict[int, StudentTClassifier]
+    classifiers_ : dict[int, StudentTClassifier]
         Samples after contact → the clouds of touches up to then.
     limit_ : float
         What the strangeness at one moment may be.
@@ -392,11 +392,13 @@ class OnlineNoveltyDetector:
                 f"a watch needs touches of {_MOMENTS_WATCH[0]} samples after contact, got"
                 f" {min(most, X.shape[2])}."
             )
-        self.readers_ = {}
+        self.classifiers_ = {}
         for moment in moments:
-            reader = StudentTClassifier(alarm=self.alarm)
-            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, unknown)
-        held = np.array([reader.held_out_ for reader in self.readers_.values()]).max(axis=0)
+            classifier = StudentTClassifier(alarm=self.alarm)
+            self.classifiers_[moment] = classifier.fit(X[:, :, :moment], y, groups, unknown)
+        held = np.array(
+            [classifier.held_out_ for classifier in self.classifiers_.values()]
+        ).max(axis=0)
         self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
         return self
 
@@ -409,7 +411,7 @@ class OnlineNoveltyDetector:
         None between moments, NaN where a channel has no sample. Missing samples are bridged, also
         from those of ``tensor`` that came after ``since``.
         """
-        if since + 1 not in self.readers_:
+        if since + 1 not in self.classifiers_:
             return None
         # Each gap as a straight line; a channel without samples stays NaN.
         bridged, time = tensor.copy(), np.arange(tensor.shape[1])
@@ -417,18 +419,20 @@ class OnlineNoveltyDetector:
             known = np.isfinite(row)
             if known.any():
                 row[~known] = np.interp(time[~known], time[known], row[known])
-        reader, seen = self.readers_[since + 1], bridged[None, :, : since + 1]
-        probability = dict(zip(reader.classes_, reader.predict_proba(seen)[0], strict=True))
-        strange = float(reader.measure_strangeness(seen)[0]) / self.limit_
+        classifier, seen = self.classifiers_[since + 1], bridged[None, :, : since + 1]
+        probability = dict(
+            zip(classifier.classes_, classifier.predict_proba(seen)[0], strict=True)
+        )
+        strange = float(classifier.measure_strangeness(seen)[0]) / self.limit_
         return strange, np.array([probability.get(label, 0.0) for label in classes])
 
     def pack(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Arrays and settings (as JSON) of all that was learned, for :meth:`unpack`."""
-        last = max(self.readers_)
+        last = max(self.classifiers_)
         arrays: dict[str, np.ndarray] = {}
         moments: dict[str, Any] = {}
-        for moment, reader in self.readers_.items():
-            found, moments[str(moment)] = reader.pack(training=moment == last)
+        for moment, classifier in self.classifiers_.items():
+            found, moments[str(moment)] = classifier.pack(training=moment == last)
             arrays |= {f"{moment}/{name}": values for name, values in found.items()}
         return arrays, {"alarm": self.alarm, "limit": self.limit_, "moments": moments}
 
@@ -438,7 +442,7 @@ class OnlineNoveltyDetector:
     ) -> "OnlineNoveltyDetector":
         """What :meth:`pack` gave."""
         made, taught = cls(settings["alarm"]), None
-        made.limit_, made.readers_ = settings["limit"], {}
+        made.limit_, made.classifiers_ = settings["limit"], {}
         moments = sorted(map(int, settings["moments"]), reverse=True)
         for moment in moments:  # the last one holds the training set of all
             own = {
@@ -446,14 +450,16 @@ class OnlineNoveltyDetector:
                 for name, values in arrays.items()
                 if name.startswith(f"{moment}/")
             }
-            reader = StudentTClassifier.unpack(own, settings["moments"][str(moment)], taught)
-            made.readers_[moment] = reader
-            means, y, groups, others = reader._training
-            taught = taught or reader._training
-            count = moment // reader.step
+            classifier = StudentTClassifier.unpack(
+                own, settings["moments"][str(moment)], taught
+            )
+            made.classifiers_[moment] = classifier
+            means, y, groups, others = classifier._training
+            taught = taught or classifier._training
+            count = moment // classifier.step
             cut = others and (others[0][:, :, :count], others[1])
-            reader._training = means[:, :, :count], y, groups, cut
-        made.readers_ = dict(sorted(made.readers_.items()))
+            classifier._training = means[:, :, :count], y, groups, cut
+        made.classifiers_ = dict(sorted(made.classifiers_.items()))
         return made
 
 
@@ -488,7 +494,7 @@ _RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
 }
 
 
-class StreamDecoder(Reader):
+class StreamDecoder(Classifier):
     """Posterior over touches while they happen.
 
     Parameters
@@ -874,7 +880,8 @@ class StreamDecoder(Reader):
         for row, touch in zip(found, X, strict=True):
             if len(touch) != self.n_sensors_:
                 raise InvalidInput(
-                    f"the reader learned touches of {self.n_sensors_} sensors, got {len(touch)}."
+                    f"the classifier learned touches of {self.n_sensors_} sensors, got"
+                    f" {len(touch)}."
                 )
             felt = [one for one in self.replay(np.asarray(touch)) if one.since_contact >= 0]
             if felt:

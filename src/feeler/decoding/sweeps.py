@@ -13,10 +13,10 @@ from sklearn.base import clone
 
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import (
-    READERS,
+    CLASSIFIERS,
+    Classifier,
     Labels,
     PrincipalComponents,
-    Reader,
     fit_lda,
     make_lda,
     project,
@@ -337,10 +337,10 @@ def compute_sweep(
     """Accuracy of a classifier against the noise ratio.
 
     Per repeat: draw ``n_copies`` noisy copies of every trial to train on and as many others to test
-    on. Per ratio, which scales the noise of the repeat: fit a fresh clone of the reader on the
+    on. Per ratio, which scales the noise of the repeat: fit a fresh clone of the classifier on the
     training copies alone, and score it on the test copies and on the clean originals. Copies of the
     same trial stand on both sides, so this measures robustness to noise, not generalisation to
-    other touches; ``held_out`` measures that. A reader that is told the noise (``ideal``,
+    other touches; ``held_out`` measures that. A classifier that is told the noise (``ideal``,
     ``templates``) learns the originals instead of their copies.
 
     Parameters
@@ -357,8 +357,8 @@ def compute_sweep(
     n_copies, n_repeats
         Copies per trial, repeats per ratio.
     estimator
-        A :class:`Reader`, the name of one (:data:`READERS`), or any scikit-learn classifier of flat
-        vectors.
+        A :class:`Classifier`, the name of one (:data:`CLASSIFIERS`), or any scikit-learn classifier
+        of flat vectors.
     encode
         If given, noise is added *before* encoding: ``codes`` are tensors, and ``encode`` maps noisy
         tensors (trial, sensor, time) to codes.
@@ -390,17 +390,17 @@ def compute_sweep(
     if isinstance(noise, str) and ":" not in noise:
         noise = NOISES[noise]().suit(each="vector", reference=None)
     noise = parse_noise(noise)
-    reader = READERS[estimator]() if isinstance(estimator, str) else estimator
-    told = getattr(reader, "knows_noise", False)
+    classifier = CLASSIFIERS[estimator]() if isinstance(estimator, str) else estimator
+    told = getattr(classifier, "knows_noise", False)
     even = encode is None and not told and noise.is_even(sets[0])
     if rotate and not even:
         raise InvalidInput(
             "rotate needs noise that is the same over a trial: Relative() or Common(), no encode,"
-            " and a reader that is not told the noise."
+            " and a classifier that is not told the noise."
         )
     if n_repeats < 1:
         raise InvalidInput(f"n_repeats must be ≥ 1, got {n_repeats}.")
-    rotate = even and _begins_with_components(reader) if rotate is None else rotate
+    rotate = even and _begins_with_components(classifier) if rotate is None else rotate
     classes = np.unique(sets[1])
     place = {name: number for number, name in enumerate(classes.tolist())}
     own, true = (np.array([place[name] for name in sets[k].tolist()]) for k in (1, 3))
@@ -413,7 +413,7 @@ def compute_sweep(
         for ratio in ratios
     ]
     copies = _Copies(sets[0], sets[2], n_copies, rotate)
-    n_components = 0 if encode else _find_lda(reader)
+    n_components = 0 if encode else _find_lda(classifier)
     many = n_components and rotate and n_copies * len(sets[0]) > _MOST_COPIES
     draw: Any = partial(copies.project, n_components) if many else copies.draw
 
@@ -422,7 +422,7 @@ def compute_sweep(
             projected, kept = drawn if many else project(drawn, n_components)
             classify = fit_lda(projected[0], np.tile(own, n_copies))
             return classify(projected[1]), classify(projected[2]), kept
-        model = clone(reader)
+        model = clone(classifier)
         train, test, originals = (_encode(codes, encode) for codes in drawn)
         if told:
             model.set_params(noise=noise)
@@ -570,21 +570,25 @@ def _encode(codes: np.ndarray, encode: _Encode | None) -> np.ndarray:
 
 
 def _shape(codes: np.ndarray, model: Any) -> np.ndarray:
-    """Codes as a model takes them: tensors for readers, flat vectors for all others."""
-    return codes if isinstance(model, Reader) else codes.reshape(len(codes), -1)
+    """Codes as a model takes them: tensors for classifiers, flat vectors for all others."""
+    return codes if isinstance(model, Classifier) else codes.reshape(len(codes), -1)
 
 
-def _begins_with_components(reader: Any) -> bool:
+def _begins_with_components(classifier: Any) -> bool:
     """Whether a pipeline begins with principal components, and so sees inner products alone."""
-    return hasattr(reader, "steps") and isinstance(reader[0], PrincipalComponents)
+    return hasattr(classifier, "steps") and isinstance(classifier[0], PrincipalComponents)
 
 
-def _find_lda(reader: Any) -> int:
+def _find_lda(classifier: Any) -> int:
     """The number of components if the classifier is what ``make_lda`` gives, else 0."""
-    plain = _begins_with_components(reader) and len(reader) == 2
+    plain = _begins_with_components(classifier) and len(classifier) == 2
     lda = make_lda()[-1]
-    same = plain and type(reader[1]) is type(lda) and reader[1].get_params() == lda.get_params()
-    return reader[0].n_components if same else 0
+    same = (
+        plain
+        and type(classifier[1]) is type(lda)
+        and classifier[1].get_params() == lda.get_params()
+    )
+    return classifier[0].n_components if same else 0
 
 
 def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:

@@ -17,8 +17,8 @@ from sklearn.svm import SVC
 
 from feeler.decoding.classifiers import (
     NO_CONTACT,
+    Classifier,
     Labels,
-    Reader,
     _compute_decision_scores,
     number_labels,
     sort_classes,
@@ -140,7 +140,7 @@ def _add_noisy_copies(
     return noisy, index
 
 
-class TransferClassifier(Reader):
+class TransferClassifier(Classifier):
     """One-versus-one linear support vector machine on noisy copies of aligned tensors.
 
     Parameters

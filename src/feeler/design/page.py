@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, compute_modes
 from feeler.design.plan import WIDEST, DesignOutcome, make_strips
 from feeler.design.scoring import Score
 from feeler.errors import MissingDependencyError

@@ -34,6 +34,7 @@ from feeler.files import (
 from feeler.presets import PRESETS, make_preset
 from feeler.provenance import compute_digest
 from feeler.records import Gt, Record, Shown
+from feeler.renamed import rename_antenna
 from feeler.robot.description import (
     ROBOT_FACTS,
     Flexures,
@@ -212,7 +213,10 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     """
     path = Path(path)
     content = read_toml(path, schema=_SCHEMA)
-    name, space = str(content.pop("antenna", "exponential")), content.pop("space", {})
+    name, space = (
+        rename_antenna(str(content.pop("antenna", "exponential"))),
+        content.pop("space", {}),
+    )
     if not isinstance(space, dict):
         raise InvalidInput(f"{path.name}: [space] must be a table, got {show(space)}.")
     if name not in PRESETS and is_robot_file(path.parent / name):

@@ -11,7 +11,7 @@ import numpy as np
 from sklearn.base import clone
 
 from feeler.antenna.segments import Antenna, make_even_sensors
-from feeler.decoding import READERS, Reader
+from feeler.decoding import CLASSIFIERS, Classifier
 from feeler.decoding.observers import fit_class
 from feeler.decoding.sweeps import N_COPIES
 from feeler.errors import InvalidInput, require_extra
@@ -26,6 +26,7 @@ from feeler.physics.run import expect_motions
 from feeler.physics.run import simulate as run_scenes
 from feeler.physics.scene import Clock, Scene
 from feeler.records import Ge, Gt, Registry, Shown, Unit
+from feeler.renamed import rename_arguments
 from feeler.validation import Count, checked
 
 # What a designed antenna is to discriminate: a task with touches to learn from and to ask about.
@@ -153,13 +154,14 @@ class Score(Shown):
     wrong: Annotated[np.ndarray, "speed class touch"]
 
 
+@rename_arguments(reader="classifier")
 @checked
 def score(
     antenna: Antenna,
     task: DesignTask,
     purpose: str = "test",
     *,
-    reader: str | Reader | None = None,
+    classifier: str | Classifier | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> Score:
@@ -169,8 +171,8 @@ def score(
     ----------
     purpose
         Which draws of touches: ``optimiser``, ``test`` or ``final``.
-    reader
-        Another decoder, or its name; see :data:`feeler.decoding.READERS`. Unless it is told the
+    classifier
+        Another decoder, or its name; see :data:`feeler.decoding.CLASSIFIERS`. Unless it is told the
         noise, it learns noisy copies of the touches.
     workers, executor
         As for :func:`feeler.touch`.
@@ -186,7 +188,7 @@ def score(
             for v in task.speeds
         ],
         task,
-        reader,
+        classifier,
     )
 
 
@@ -231,13 +233,15 @@ def _place_objects(
 
 
 def judge(
-    angles: list[np.ndarray], task: DesignTask, reader: str | Reader | None = None
+    angles: list[np.ndarray], task: DesignTask, classifier: str | Classifier | None = None
 ) -> Score:
     """The score of angles (class, touch, sensor, time), speed by speed."""
-    reader = READERS[reader]() if isinstance(reader, str) else reader
+    classifier = CLASSIFIERS[classifier]() if isinstance(classifier, str) else classifier
     with hold_blas():
         found = [
-            _decode_angles(one, task) if reader is None else _read_angles(one, task, reader)
+            _decode_angles(one, task)
+            if classifier is None
+            else _read_angles(one, task, classifier)
             for one in angles
         ]
     bits = np.array([logs.mean(axis=0) for logs, _ in found])  # (speed, class, touch)
@@ -263,16 +267,16 @@ def _decode_angles(angles: np.ndarray, task: DesignTask) -> tuple[np.ndarray, np
     """
     flat = angles.reshape(-1, *angles.shape[2:])
     if not task.noise.is_even(flat):
-        return _read_angles(angles, task, READERS["templates"]())
+        return _read_angles(angles, task, CLASSIFIERS["templates"]())
     white = task.noise.whiten(flat).reshape(*angles.shape[:2], -1)
     return decode(white, task.train, task.noise.size)
 
 
 def _read_angles(
-    angles: np.ndarray, task: DesignTask, reader: Reader
+    angles: np.ndarray, task: DesignTask, classifier: Classifier
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What :func:`decode` gives, by another reader."""
-    rng, model = np.random.default_rng(_NOISE_SEED), clone(reader)
+    """What :func:`decode` gives, by another classifier."""
+    rng, model = np.random.default_rng(_NOISE_SEED), clone(classifier)
     known, tests = (
         part.reshape(-1, *angles.shape[2:]) for part in np.split(angles, [task.train], axis=1)
     )

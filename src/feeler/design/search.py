@@ -10,9 +10,8 @@ import numpy as np
 from annotated_types import Len
 from scipy.interpolate import CubicSpline
 
-from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna
-from feeler.decoding.classifiers import describe_reader
+from feeler.antenna.segments import Antenna, compute_modes
+from feeler.decoding.classifiers import describe_classifier
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.errors import InvalidInput, SimulationDivergedError, require_extra
 from feeler.progress import show_progress
@@ -475,8 +474,8 @@ class DesignProblem:
             "space": self.space,
             "constraints": self.constraints,
         }
-        if reader := self.options.get("reader"):
-            made_with["reader"] = describe_reader(reader)
+        if classifier := self.options.get("classifier"):
+            made_with["classifier"] = describe_classifier(classifier)
         return make_key(made_with)
 
 
@@ -595,7 +594,7 @@ def optimise(
     watch
         Called with the :class:`DesignProblem` after each candidate.
     options
-        ``reader``, as for :func:`feeler.design.score`; ``workers`` or ``executor``, as for
+        ``classifier``, as for :func:`feeler.design.score`; ``workers`` or ``executor``, as for
         :func:`feeler.touch`.
 
     Raises

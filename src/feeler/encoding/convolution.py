@@ -72,7 +72,7 @@ def fourier_length(n_times: int, n_lags: int) -> int:
 
 def compute_spectra(tensors: np.ndarray, length: int) -> np.ndarray:
     """Fourier transform over the last axis, real and imaginary part apart: (2, ..., frequency)."""
-    spectra = np.empty((2, *tensors.shape[:-1], length // 2 + 1))
+    spectra = np.empty((2, *tensors.shape[:-1], length // 2 + 1), tensors.dtype)
     for start in range(0, len(tensors), 8):  # a few at a time: no second copy of all
         transform = fft.rfft(tensors[start : start + 8], length)
         spectra[0, start : start + 8] = transform.real
@@ -82,7 +82,7 @@ def compute_spectra(tensors: np.ndarray, length: int) -> np.ndarray:
 
 def invert_spectra(spectra: np.ndarray, length: int, keep: int) -> np.ndarray:
     """The first `keep` samples of the signals whose transforms these are."""
-    transform = np.empty(spectra.shape[1:], dtype=complex)
+    transform = np.empty(spectra.shape[1:], np.result_type(spectra, np.complex64))
     transform.real, transform.imag = spectra
     return np.ascontiguousarray(fft.irfft(transform, length, overwrite_x=True)[..., :keep])
 
@@ -332,6 +332,7 @@ _SINGLE = 100_000
 
 def descend(
     seen: np.ndarray,
+    unit: np.ndarray | float,
     kernel: np.ndarray,
     fringe: np.ndarray,
     activations: np.ndarray,
@@ -339,24 +340,24 @@ def descend(
     l1: float,
     joint: bool,
     n_sweeps: int,
-    tol: float = 0.0,
-) -> int:
+) -> None:
     """:func:`descend_activations` in single precision, which takes half the time, where a
-    constraint's sums are short enough, and then exactly onto the constraint. Units in which the
-    largest numbers are 1 keep the others in range.
+    constraint's sums are short enough, and then exactly onto the constraint. ``seen`` is in
+    ``unit`` (1 or trial, 1, 1); units in which the largest numbers are 1 keep the others in range.
     """
-    short = activations.shape[2] * (len(activations) if joint else 1) <= _SINGLE
+    length = activations.shape[2] * (len(activations) if joint else 1)
+    number = np.float32 if length <= _SINGLE else np.float64
     height = np.abs(seen).max(axis=None if joint else (1, 2), keepdims=True)
-    unit = np.where(height > 0, height, 1.0)
+    height[height == 0] = 1.0
     top = kernel.max() or 1.0
+    scale = top / (np.asarray(unit) * height.astype(float))
     numbers = [
-        np.ascontiguousarray(values, np.float32 if short else float)
-        for values in (seen / unit, kernel / top, fringe / top, activations * (top / unit))
+        np.ascontiguousarray(values, number)
+        for values in (seen / height, kernel / top, fringe / top, activations * scale)
     ]
-    sweeps = descend_activations(*numbers, steps, l1, joint, n_sweeps, tol)
-    activations[:] = numbers[3] * (unit / top)
+    descend_activations(*numbers, steps, l1, joint, n_sweeps, 0.0)
+    activations[:] = numbers[3] / scale
     project_activations(activations, l1, joint)
-    return sweeps
 
 
 @compiled
@@ -588,7 +589,7 @@ def descend_bases(
     target = seen.transpose(1, 0, 2).reshape(n_sensors, size)
     square = gram.reshape(size, size)
     flat = np.ascontiguousarray(flat)
-    _descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
+    _descend_entries(flat, flat @ square - target, square, n_sweeps)
     bases = np.ascontiguousarray(
         flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
     )
@@ -596,17 +597,19 @@ def descend_bases(
 
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
-def _descend_entries(rows, target, square, n_sweeps):
-    """Lower ½ w·C w − b·w for each row w ≥ 0 and b of ``target``, entry by entry, in place."""
+def _descend_entries(rows, slopes, square, n_sweeps):
+    """Lower ½ w·C w − b·w for each row w ≥ 0, entry by entry, in place. Its slope C w − b follows
+    each change, so that an entry that stays costs nothing.
+    """
     for n in range(rows.shape[0]):
-        row, wanted = rows[n], target[n]
+        row, slope = rows[n], slopes[n]
         for _ in range(n_sweeps):
             for i in range(row.size):
-                if square[i, i] > 0.0:
-                    pulled = 0.0
+                change = max(-slope[i] / square[i, i], -row[i]) if square[i, i] > 0.0 else 0.0
+                if change != 0.0:
+                    row[i] += change
                     for j in range(row.size):
-                        pulled += square[i, j] * row[j]
-                    row[i] = max(row[i] + (wanted[i] - pulled) / square[i, i], 0.0)
+                        slope[j] += change * square[i, j]
 
 
 @checked
@@ -638,7 +641,8 @@ def canonicalise(
     The activations take over the lengths, so that the reconstruction stays the same.
     """
     order, length = _find_canon(components)
-    return components[order] / length[:, None, None], activations[:, order] * length[:, None]
+    moved = np.ascontiguousarray(activations[:, order] * length[:, None])
+    return components[order] / length[:, None, None], moved
 
 
 def canonicalise_sums(

@@ -44,19 +44,24 @@ class Data:
         self.length = fourier_length(self.n_times, n_lags + self.margin)
         starts = range(0, self.n_trials, TRIALS_PER_TASK)
         self.blocks = [slice(start, start + TRIALS_PER_TASK) for start in starts]
-        self.spectra = compute_spectra(tensors, self.length)
-        self.energy = float(np.vdot(tensors, tensors))
         self.silent = ~tensors.any(axis=(1, 2))
+        self.top = tensors.max(axis=(1, 2), keepdims=True) + np.reshape(self.silent, (-1, 1, 1))
         self.tensors, self.hidden = tensors, hidden
+        self._transform(tensors)
+
+    def _transform(self, tensors: np.ndarray) -> None:
+        self.spectra = compute_spectra(tensors, self.length)
+        self.single = (self.spectra / self.top).astype(np.float32)
+        self.energy = float(np.vdot(tensors, tensors))
 
     def fill(self, components: np.ndarray, activations: np.ndarray) -> "Data":
         """With the entries that do not count as this model has them; itself where all count."""
         if self.hidden is None:
             return self
-        filled = np.where(self.hidden, reconstruct(components, activations), self.tensors)
         data = copy(self)
-        data.spectra = compute_spectra(filled, self.length)
-        data.energy = float(np.vdot(filled, filled))
+        data._transform(
+            np.where(self.hidden, reconstruct(components, activations), self.tensors)
+        )
         return data
 
     def measure_error(self, components: np.ndarray, activations: np.ndarray) -> float:
@@ -67,9 +72,12 @@ class Data:
         return float(np.vdot(rest, rest))
 
     def see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
-        """A (trial, component, time): the bases (their transform) correlated with the tensors."""
-        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
-        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]))
+        """A (trial, component, time): the bases (their transform) correlated with the tensors; of a
+        transform in single precision in that, and in units of each tensor's ``top``.
+        """
+        number = basis_spectra.dtype
+        v_re, v_im = (self.single if number == np.float32 else self.spectra)[:, trials]
+        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]), number)
         correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)
         return invert_spectra(out, self.length, self.n_times)
 
@@ -476,10 +484,14 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     """New activations, block by block, then new bases."""
     data = data.fill(state.components, state.activations)
     activations, steps = state.activations.copy(), state.steps.copy()
-    spectra = compute_spectra(state.components, data.length)
     kernel, fringe = compute_basis_gram(state.components)
     joint = settings.joint and settings.sparseness is not None
     l1 = _find_l1(activations, settings)
+    bases, unit = state.components, np.ones_like(data.top)
+    if settings.sparseness is not None and not joint and not settings.cross:
+        top = bases.max() or 1.0
+        bases, unit = (bases / top).astype(np.float32), top * data.top
+    spectra = compute_spectra(bases, data.length)
 
     def update(block: slice) -> None:
         seen, rows = data.see(spectra, block), activations[block]
@@ -491,7 +503,7 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
             return
         own = steps if joint else steps[block]
         seen -= pull
-        descend(seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps)
+        descend(seen, unit[block], kernel, fringe, rows, own, l1, joint, settings.inner_steps)
 
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)

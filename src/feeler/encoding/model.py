@@ -289,7 +289,10 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
             def tell(*_: object) -> None:
                 advance(next(done), most)
 
-            found = list(outer(lambda begun: self._fit_from(data, begun, inner, tell), starts))
+            def fit(begun: tuple[np.ndarray, np.ndarray]) -> Factors:
+                return _canonical(factorise(data, *begun, Settings.of(self), inner, tell))
+
+            found = list(outer(fit, starts))
         self._keep(found, data)
         if root is not None:
             for codes in self.restart_activations_:
@@ -514,9 +517,6 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
                 f" is now {self.n_components} and n_lags {self.n_lags}. Set them back to go on, or"
                 " call fit or fit_stream, which start anew."
             )
-
-    def _fit_from(self, data, begun: tuple[np.ndarray, np.ndarray], run, tell) -> Factors:
-        return _canonical(factorise(data, *begun, Settings.of(self), run, tell))
 
     def _keep(self, found: list[Factors], data: Data) -> None:
         """Set the learned attributes from the restarts."""

@@ -56,7 +56,9 @@ class Selection:
     def __str__(self) -> str:
         chosen, own = self.table[self.table.chosen].iloc[0], self.params
         bases = "1 basis" if own["n_components"] == 1 else f"{own['n_components']} bases"
-        lines = f"{bases} of {own['n_lags']} samples at {_name_sparseness(own['sparseness'])}"
+        s = own["sparseness"]
+        sparse = "no sparseness" if s is None else f"sparseness {s:g}"
+        lines = f"{bases} of {own['n_lags']} samples at {sparse}"
         others = [self._compare(name, chosen) for name in _GRID]
         lines += f" leave {chosen.held_out:.1%} of held-out squares unexplained"
         lines += "".join(f"; {words}" for words in others if words)
@@ -67,8 +69,7 @@ class Selection:
         same = np.ones(len(self.table), dtype=bool)
         for other in _GRID:
             same &= (other == name) | (_key(self.table[other]) == _key(chosen[other]))
-        rows = self.table[same]
-        rows = rows.assign(key=_key(rows[name])).sort_values("key")
+        rows = self.table.assign(key=_key(self.table[name]))[same].sort_values("key")
         place = int(np.flatnonzero(rows.chosen)[0])
         near = rows.iloc[[k for k in (place - 1, place + 1) if 0 <= k < len(rows)]]
         return ", ".join(
@@ -82,10 +83,6 @@ class Selection:
         lags: a matplotlib Figure.
         """
         return resolve_name("feeler.plotting.results:draw_selection")(self)
-
-
-def _name_sparseness(value: float | None) -> str:
-    return "no sparseness" if value is None else f"sparseness {value:g}"
 
 
 def _key(values: Any) -> Any:

@@ -311,20 +311,20 @@ def measure_impulse(
     tip = (antenna.tip(motion.angle) - rest) @ forward
     centre = np.asarray(cylinder.place) - cylinder.feature.rounding * forward
     path = (scene.paths[0] if scene.paths else None) or Path(velocity=(cylinder.velocity,))
+    # Displacement (sample, 2) [mm] along a path since time 0.
+    starts = np.array([0.0, *path.end])
+    ends = np.array([*path.end, np.inf])
+    spent = np.clip(np.asarray(motion.time)[:, None], starts, ends) - starts
     columns = {
         "deflection": (("point", "time"), deflection, {"units": "mm"}),
         "tip": ("time", tip, {"units": "mm"}),
         "angle": (("time", "hinge"), motion.angle, {"units": "rad"}),
-        "object": (("time", "axis"), centre + _travel(path, motion.time), {"units": "mm"}),
+        "object": (
+            ("time", "axis"),
+            centre + (spent @ np.array(path.velocity)),
+            {"units": "mm"},
+        ),
         "force": (("time", "axis"), motion.force, {"units": "N"}),
     }
     time = ("time", motion.time - IMPULSE_LEAD, {"units": "ms"})
     return xr.Dataset(columns, {"time": time, "point": [*points], "axis": ["x", "y"]})
-
-
-def _travel(path: Path, time: np.ndarray) -> np.ndarray:
-    """Displacement (sample, 2) [mm] along a path since time 0."""
-    starts = np.array([0.0, *path.end])
-    ends = np.array([*path.end, np.inf])
-    spent = np.clip(np.asarray(time)[:, None], starts, ends) - starts
-    return spent @ np.array(path.velocity)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from feeler.antenna.animals import SampledAntennas
 from feeler.antenna.segments import Antenna
-from feeler.antenna.variants import SampledAntennas
 from feeler.errors import StoreError
 from feeler.execute import Executor, run_groups
 from feeler.files import check_room, measure_folder

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from feeler.antenna.animals import SampledAntennas
 from feeler.antenna.segments import Antenna
-from feeler.antenna.variants import SampledAntennas
 from feeler.errors import (
     AccuracyWarning,
     InvalidInput,
@@ -34,7 +34,7 @@ from feeler.physics.contact import (
     get_contact,
     list_validity_warnings,
 )
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import check_accuracy, find_coarsest
 from feeler.physics.scene import Clock, make_scene
 from feeler.progress import show_progress
@@ -168,8 +168,7 @@ def touch(
         "seed": seed,
     }
     job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, **options)
-    follows = _follows_contact(engine)
-    if accuracy is None and follows:
+    if accuracy is None:
         _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
     if workers is not None:
         check_workers(workers)
@@ -192,7 +191,7 @@ def touch(
             tensors = read_store(kept.path)
     tensors = tensors.load() if load and store and tensors is not None else tensors
     if tensors is not None:
-        _warn(tensors, accuracy, contact if follows else None, fixed=timestep is not None)
+        _warn(tensors, accuracy, contact, fixed=timestep is not None)
     return _hand_over(tensors, errors)
 
 
@@ -264,7 +263,7 @@ def _make_clock(
         sample_interval=sample_interval,
         timestep=choose_timestep(timestep, engine, contact),
     )
-    get_engine(engine).check(contact, clock.timestep)
+    contact.check_timestep(clock.timestep)
     return clock
 
 
@@ -287,7 +286,7 @@ def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> 
 
 
 def _warn(
-    tensors: xr.Dataset, accuracy: float | None, contact: Contact | None, *, fixed: bool
+    tensors: xr.Dataset, accuracy: float | None, contact: Contact, *, fixed: bool
 ) -> None:
     missed = tensors["error"].values > (OFF if accuracy is None else accuracy)
     if missed.any() and accuracy is not None:
@@ -372,7 +371,6 @@ def _describe_attributes(
     }  # trials: coordinates
     made_with |= {"accuracy": accuracy} if accuracy is not None else {}
     made_with |= more or {}
-    time = {"contact_time_constant": contact.solref[0], "contact_time_constant_units": "ms"}
     return {
         "configuration": to_jsonable(
             made_with | {"seed": seed, "units": "g, mm, ms", "physics": PHYSICS}
@@ -381,14 +379,10 @@ def _describe_attributes(
         "versions": list_versions(),
         "timestep": clock.timestep,
         "timestep_units": "ms",
-        **(time if _follows_contact(engine) else {}),
+        "contact_time_constant": contact.solref[0],
+        "contact_time_constant_units": "ms",
         "licence": LICENCE,
     }
-
-
-def _follows_contact(engine: str) -> bool:
-    """Whether an engine's surfaces are as soft as the contact says."""
-    return get_engine(engine).check is Contact.check_timestep
 
 
 def _hand_over(tensors: xr.Dataset | None, errors: dict[int, Exception]) -> xr.Dataset:

@@ -240,13 +240,29 @@ class Task(Record):
     seeds: Any = (("train", 1), ("test", 2), ("final", 3))
 
     def _check(self) -> None:
+        items = (
+            (self.objects,)
+            if isinstance(self.objects, str | Feature | Mapping)
+            else self.objects
+        )
         vars(self).update(
-            objects=_read_objects(self.objects),
+            objects=tuple(
+                map(_read_object, items if isinstance(items, Iterable) else (items,))
+            ),
             lead=_read_spread(self.lead, "lead"),
             seeds=_read_seeds(self.seeds),
         )
         self._check_classes()
-        self._check_nuisances()
+        for place in self.locations:
+            trial = Trial(feature=self.objects[0], location=place, speed=self.speeds[0])
+            for name, spread in self.nuisances.spread(trial).items():
+                for end in spread if name != "size" and isinstance(spread, tuple) else ():
+                    try:
+                        trial.replace(**{name: end})
+                    except InvalidInput as error:
+                        raise InvalidInput(
+                            f"the nuisance {name} cannot be placed at {place:g}: {error}"
+                        ) from error
         numbers = [number for _, number in self.seeds]
         if not numbers or len({*numbers}) < len(numbers):
             raise InvalidInput(
@@ -269,18 +285,6 @@ class Task(Record):
                 raise InvalidInput(f"{name} must be different numbers, got {values}.")
         if twice := [label for label, count in Counter(self.labels).items() if count > 1]:
             raise InvalidInput(f"two objects are called {twice[0]!r}; give each its own name=.")
-
-    def _check_nuisances(self) -> None:
-        for place in self.locations:
-            trial = Trial(feature=self.objects[0], location=place, speed=self.speeds[0])
-            for name, spread in self.nuisances.spread(trial).items():
-                for end in spread if name != "size" and isinstance(spread, tuple) else ():
-                    try:
-                        trial.replace(**{name: end})
-                    except InvalidInput as error:
-                        raise InvalidInput(
-                            f"the nuisance {name} cannot be placed at {place:g}: {error}"
-                        ) from error
 
     @property
     def n_classes(self) -> int:
@@ -420,11 +424,6 @@ class Task(Record):
             antenna=antenna,
             seed=seed,
         )
-
-
-def _read_objects(value: Any) -> tuple[Feature, ...]:
-    items = (value,) if isinstance(value, str | Feature | Mapping) else value
-    return tuple(map(_read_object, items if isinstance(items, Iterable) else (items,)))
 
 
 def _read_seeds(value: Any) -> tuple[tuple[str, int], ...]:

@@ -2,12 +2,8 @@
 
 Friction is Coulomb's in all of them, with the coefficient of the object (``Object.friction``).
 
-``chain``, ``chain-consistent`` and ``mujoco`` take :class:`Contact` word for word: the impedance
-sets how far surfaces sink in, ``solref`` how fast they come back. The ``rod`` engines stand for the
-limit of rigid surfaces: a spring at each hinge, so stiff that it sinks in by 0.001 mm (``rod``) or
-0.02 mm (``rod-inertia``), see ``feeler.physics.rod.stepper``. A time constant means nothing where
-nothing has inertia, so they read nothing of :class:`Contact`. Their friction sticks by a
-spring as stiff, and slips at the coefficient times the normal force of the step before.
+All take :class:`Contact` word for word: the impedance sets how far surfaces sink in, ``solref`` how
+fast they come back.
 
 The default contact follows from the antenna and from how fast it is touched. Let a contact at arc
 length s push the antenna aside by δ. Statically the antenna answers with the force δ/C, where
@@ -308,9 +304,9 @@ def list_validity_warnings(
     return found
 
 
-def describe_sink(sink: float, contact: Contact | None, *, fixed: bool = False) -> str:
-    """The sentence about a contact that sank too deep, over the smaller radius; ``contact``: None
-    for an engine of rigid surfaces; ``fixed``: the timestep was asked for.
+def describe_sink(sink: float, contact: Contact, *, fixed: bool = False) -> str:
+    """The sentence about a contact that sank too deep, over the smaller radius; ``fixed``:
+    the timestep was asked for.
 
     The depth of an impact falls as the time constant to the power 0.4 or faster; beyond some 2.5
     radii the antenna was passed through, and how deep says nothing more.
@@ -319,8 +315,6 @@ def describe_sink(sink: float, contact: Contact | None, *, fixed: bool = False) 
         f"A contact sank in by {sink:.3g} of the smaller radius, more than {DEEP:g}: what it gives"
         " is not that of solid bodies."
     )
-    if contact is None:
-        return f"{said} Use a smaller timestep= or a slower object."
     shorter = min((sink / 0.42) ** 2.5, 100.0)
     time = contact.solref[0] / shorter
     units = "density and modulus (g/mm3, MPa) and speeds (mm/ms)"

@@ -240,17 +240,11 @@ class Engine:
     ----------
     timestep : float
         What it takes where nothing else is said [ms], see docs/convergence.md [C].
-    check : Callable[[Contact, float], None]
-        Refuses a contact that it does not follow, or not with such a timestep [ms].
-    stride : float
-        How far base and objects may move in a timestep, in radii of the antenna's thinnest segment.
     """
 
     make: Callable[[Sequence[Scene], float], Stepper]
     timestep: float
     lanes: int = 1
-    check: Callable[[Contact, float], None] = Contact.check_timestep
-    stride: float = 1.0
 
 
 ENGINES: Registry[Engine] = Registry(
@@ -261,10 +255,6 @@ ENGINES: Registry[Engine] = Registry(
         ),  # damping inside the contact solve
         "chain": "feeler.physics.chain.stepper:PARITY",  # MuJoCo's equations, step for step
         "mujoco": "feeler.physics.mujoco:MUJOCO",  # the reference
-        "rod": (
-            "feeler.physics.rod.stepper:ROD"
-        ),  # quasi-static: no inertia, implicit steps of any length
-        "rod-inertia": "feeler.physics.rod.stepper:ROD_INERTIA",  # the same with mass at its nodes
     },
 )
 """Every engine by its name."""
@@ -277,15 +267,13 @@ def get_engine(name: str) -> Engine:
 
 
 def choose_timestep(timestep: float | None, engine: str, *contacts: Contact) -> float:
-    """The timestep [ms], by default the engine's own; of engines that follow the contact it is as
-    much smaller as the shortest time constant of these contacts is below 0.2 ms.
+    """The timestep [ms], by default the engine's own, as much smaller as the shortest time constant
+    of these contacts is below 0.2 ms.
     """
     if timestep is not None:
         return timestep
-    kind = get_engine(engine)
-    follows = kind.check is Contact.check_timestep
-    steps = [contact.scale_timestep(kind.timestep) for contact in contacts if follows]
-    return min(steps, default=kind.timestep)
+    usual = get_engine(engine).timestep
+    return min([contact.scale_timestep(usual) for contact in contacts], default=usual)
 
 
 _LOADING = 1.5  # s; loading compiled code from the cache is faster

@@ -11,10 +11,10 @@ from feeler.errors import InvalidInput
 from feeler.physics.contact import _find_radius
 from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, _compile_model, _to_quaternion
-from feeler.physics.statics import _compute_reaction
+from feeler.physics.spec import ROOTED, _compile_model
 
 import mujoco  # isort: skip  # after spec, which says in words if it is missing
+from feeler.antenna.segments import Antenna
 
 # The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's
 # words.
@@ -355,7 +355,12 @@ class _SpaceMujocoStepper(_MujocoStepper):
         change = (drive - before) / h
         change[3:] = self._rotate(0).T @ change[3:]
         data.qfrc_applied[:6] = ROOTED * change
-        self._move_walls()
+        # Put the walls where their bodies are.
+        for o, geom in self._list_walls():
+            item, turn = self.scenes[0].objects[o], self._rotate(o + 1)
+            self.model.geom_pos[geom] = self._place[o]
+            axes = turn @ np.column_stack([item.axes[1], item.axes[2], item.axes[0]])
+            mujoco.mju_mat2Quat(self.model.geom_quat[geom], axes.ravel())
         mujoco.mj_fwdPosition(model, data)
         _round_contacts(model, data)
         mujoco.mj_fwdVelocity(model, data)
@@ -469,14 +474,6 @@ class _SpaceMujocoStepper(_MujocoStepper):
         kind = mujoco.mjtObj.mjOBJ_GEOM
         return [(o, mujoco.mj_name2id(self.model, kind, f"wall{o + 1}")) for o in walls]
 
-    def _move_walls(self) -> None:
-        """Put the walls where their bodies are."""
-        for o, geom in self._list_walls():
-            item, turn = self.scenes[0].objects[o], self._rotate(o + 1)
-            self.model.geom_pos[geom] = self._place[o]
-            axes = turn @ np.column_stack([item.axes[1], item.axes[2], item.axes[0]])
-            mujoco.mju_mat2Quat(self.model.geom_quat[geom], axes.ravel())
-
     def _carry_walls(self) -> None:
         """Add the walls' velocity to what contacts with them aim at: a_ref = −b (v − v_wall) …"""
         data = self.data
@@ -580,3 +577,57 @@ def _list_none() -> Contacts:
     none = (0, 1, 0.0, np.zeros(3), np.zeros(3), 0.0, np.zeros(3))
     found = _list_contacts([none])
     return Contacts(**{name: value[:0] for name, value in vars(found).items()})
+
+
+def _to_quaternion(vector: np.ndarray) -> np.ndarray:
+    """MuJoCo's quaternion (4,) of a rotation vector [rad]."""
+    size, found = float(np.linalg.norm(vector)), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(found, np.asarray(vector) / size if size else np.eye(3)[0], size)
+    return found
+
+
+def _compute_reaction(
+    antenna: Antenna,
+    angle: np.ndarray,
+    rate: np.ndarray,
+    acceleration: np.ndarray,
+    base: np.ndarray,
+    gravity: np.ndarray,
+    point: np.ndarray,
+    force: np.ndarray,
+) -> tuple[np.ndarray, float]:
+    """Force [N] and moment [N·mm] (about the base, positive as angles are) of the base on the
+    antenna.
+
+    F = Σ m (a − g) − Σ f and M = Σ (I α + m (a − g) · P(r)) − Σ f · P(r), with P(r) = (r_y, −r_x).
+
+    Parameters
+    ----------
+    angle, rate, acceleration
+        Of every hinge (segment,) [rad, rad/ms, rad/ms²].
+    base
+        (3, 3): x, y, heading of the base; their rates; their accelerations.
+    gravity
+        (2,) [mm/ms²].
+    point, force
+        Contacts' places [mm] and forces on the antenna [N], (contact, 2).
+    """
+    heading, omega, alpha = (
+        row[2] + np.cumsum(hinge)
+        for row, hinge in zip(base, (angle, rate, acceleration), strict=True)
+    )
+    along = antenna.segment_length[:, None] * np.stack(
+        [np.sin(heading), np.cos(heading)], axis=1
+    )
+    step = alpha[:, None] * _turn(along) - (omega**2)[:, None] * along
+    arm = np.cumsum(along, axis=0) - 0.5 * along
+    push = antenna.segment_mass[:, None] * (
+        base[2, :2] + np.cumsum(step, axis=0) - 0.5 * step - gravity
+    )
+    own = antenna.segment_mass * antenna.segment_length**2 / 12 * alpha
+    moment = own.sum() + np.sum(push * _turn(arm)) - np.sum(force * _turn(point - base[0, :2]))
+    return push.sum(axis=0) - force.sum(axis=0), float(moment)
+
+
+def _turn(r: np.ndarray) -> np.ndarray:
+    return np.stack([r[..., 1], -r[..., 0]], axis=-1)

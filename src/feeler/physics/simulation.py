@@ -171,18 +171,17 @@ class Simulations:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
         self._engine, self._workers, self._owner = engine, workers, object()
         self.quiet = False
-        self._kind = get_engine(engine)
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
-            self._kind.check(scene.timed_contact, self.timestep)
-            if scene.objects and self._kind.check is Contact.check_timestep:
+            scene.timed_contact.check_timestep(self.timestep)
+            if scene.objects:
                 told = scene.antenna, scene.contact, scene.speed, self.timestep
                 self._warn(list_validity_warnings(*told, fixed=self._fixed))
         self._build(scenes)
 
     def _build(self, scenes: list[Scene]) -> None:
         """Put one scene into each lane, at time 0."""
-        kind = self._kind = get_engine(self._engine)
+        kind = get_engine(self._engine)
         lanes = 1 if len(scenes) == 1 else kind.lanes
         idle = replace(
             scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None
@@ -277,8 +276,7 @@ class Simulations:
             sink = stepper.read_sink()
             if not self.quiet and np.any((sink > DEEP) & ~sunk):
                 lane = int(np.argmax(sink))
-                follows = self._kind.check is Contact.check_timestep
-                contact = stepper.scenes[lane].contact if follows else None
+                contact = stepper.scenes[lane].contact
                 self._warn([describe_sink(float(sink[lane]), contact, fixed=self._fixed)])
                 sunk |= sink > DEEP
 
@@ -292,7 +290,13 @@ class Simulations:
         go = advance if self._guided or n_steps > self._chunk else _advance_freely
         for group in groups:
             if go(self._steppers[group], self._steps[group], n_steps, self._stop):
-                self._note_broken(self._steppers[group], group)
+                stepper = self._steppers[group]
+                for k in np.flatnonzero(stepper.find_broken()):
+                    lane = group * self._lanes + int(k)
+                    if lane < self._n and self.failed[lane] is None:
+                        self.failed[lane] = _explain_end(
+                            stepper, int(k), self._steps[group][k] * self.timestep
+                        )
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep
@@ -322,14 +326,6 @@ class Simulations:
             for step, scene in zip(steps, stepper.scenes, strict=True):
                 if scene.base_motion is not None and scene.follows:
                     scene.base_motion.compute_pose(np.array([(step + n_steps) * self.timestep]))
-
-    def _note_broken(self, stepper: Stepper, group: int) -> None:
-        for k in np.flatnonzero(stepper.find_broken()):
-            lane = group * self._lanes + int(k)
-            if lane < self._n and self.failed[lane] is None:
-                self.failed[lane] = _explain_end(
-                    stepper, int(k), self._steps[group][k] * self.timestep
-                )
 
     def cancel(self) -> None:
         """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own
@@ -417,14 +413,14 @@ class Simulations:
         stepper.move_object(k, o, velocity, turn)
 
     def _check_rate(self, scene: Scene, rate: Sequence[float] | np.ndarray, what: str) -> None:
-        far = self._kind.stride * float(scene.antenna.radius.min())
+        far = float(scene.antenna.radius.min())
         dims = 3 if scene.antenna.spatial else 2
         speed, turn = np.hypot.reduce(rate[:dims]), np.hypot.reduce(rate[dims:])
         if self.timestep * speed > far or self.timestep * turn > MAX_TURN:
             raise InvalidInput(
                 f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most"
-                f" {far / self.timestep:.3g} mm/ms ({self._kind.stride:g} of the antenna's radii in"
-                f" a step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
+                f" {far / self.timestep:.3g} mm/ms (the antenna's least radius in a step)"
+                f" and {MAX_TURN / self.timestep:.3g} rad/ms, got"
                 f" {speed:.3g} and {turn:.3g}. Use a smaller timestep or move slower."
             )
 
@@ -666,7 +662,7 @@ class Simulations:
                 f"a lane keeps its number of {what}: it has {counts[0]}, the new antenna"
                 f" {counts[1]}. Begin new simulations for it."
             )
-        self._kind.check(scene.timed_contact, self.timestep)
+        scene.timed_contact.check_timestep(self.timestep)
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
         self._began[lane] = scene

@@ -1,6 +1,5 @@
 """A scene as MuJoCo's MjSpec or MJCF, to simulate, to view or to control."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -64,12 +63,14 @@ def _make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco
     spec.modelname = f"feeler {scene.antenna.name} (units: g, mm, ms)"
     spec.compiler.degree = False
     _set_options(spec.option, scene, timestep)
-    if scene.antenna.spatial:
-        _add_in_space(spec, scene)
-        return spec
-    _add_antenna(spec, scene, moving)
+    spatial = scene.antenna.spatial
+    parent, place = spec.worldbody, lift(scene.base_pose[: 3 if spatial else 2].tolist())
+    if spatial or moving:  # in space its ball turns it
+        parent, place = parent.add_body(name="base", pos=place), (0.0, 0.0, 0.0)
+        _add_joints(parent, "base", ROOTED, spatial=spatial)
+    _add_segments(parent, scene, [*place])
     for o, item in enumerate(scene.objects):
-        _add_object_spec(spec, scene, o, item)
+        _add_object(spec, scene, o, item)
     return spec
 
 
@@ -88,17 +89,6 @@ def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None
         | mujoco.mjtDisableBit.mjDSBL_MULTICCD
         | mujoco.mjtDisableBit.mjDSBL_ISLAND
     )
-
-
-def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
-    parent = spec.worldbody
-    (x, y, _), first = scene.base_pose, [0.0, 0.0, 0.0]
-    if moving:
-        parent = parent.add_body(name="base", pos=[x, y, 0.0])
-        _add_joints(parent, "base", ROOTED, spatial=False)
-    else:
-        first = [x, y, 0.0]
-    _add_segments(parent, scene, first)
 
 
 def _add_segments(parent: mujoco.MjsBody, scene: Scene, first: list[float]) -> None:
@@ -177,81 +167,63 @@ def soften(
     }
 
 
-def _add_object_spec(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
-    body = spec.worldbody.add_body(name=f"object{o + 1}", pos=[*item.place, 0.0])
-    _add_joints(body, f"object{o + 1}", HEAVY, spatial=False)
-    for shape in _list_geoms(spec, o, item):
-        body.add_geom(
-            contype=0,
-            conaffinity=1,
-            rgba=[0.2, 0.5, 0.3, 1],
-            solmix=0.0,
-            **soften(scene, item.friction),
-            **shape,
-        )
-
-
-def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str, object]]:
-    """Geom fields of the feature's convex parts, turned into the world's axes; rounding is the
-    geom's margin.
+def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
+    """An object on its joints; one in the plane is a prism. A wall without end in space is a plane
+    of the world, which MuJoCo does not let move: the engine moves it.
     """
-    feature, forward = item.feature, np.asarray(item.forward)
-    turn = np.stack([forward, [-forward[1], forward[0]]])  # rows: the frame's axes in the world
-    half = np.arctan2(forward[1], forward[0]) / 2
-    quat = [np.cos(half), 0, 0, np.sin(half)]
-    for number, part in enumerate(feature.parts):
-        middle, size = (part.min(axis=0) + part.max(axis=0)) / 2, np.ptp(part, axis=0) / 2
-        if len(part) == 1:
-            yield {
-                "type": mujoco.mjtGeom.mjGEOM_SPHERE,
-                "size": [feature.rounding, 0, 0],
-                "pos": [*(part[0] @ turn), 0],
-            }
-        elif len(part) == 4 and all(np.unique(part[:, axis]).size == 2 for axis in (0, 1)):
-            place = {"pos": [*(middle @ turn), 0], "quat": quat, "margin": feature.rounding}
-            yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [*size, _DEPTH], **place}
-        elif len(part) == 2:
-            ends = [*(part[0] @ turn), 0.0, *(part[1] @ turn), 0.0]
-            yield {
-                "type": mujoco.mjtGeom.mjGEOM_CAPSULE,
-                "size": [feature.rounding, 0, 0],
-                "fromto": ends,
-            }
-        else:
-            mesh = _add_prism(spec, f"object{o + 1}part{number}", part @ turn)
-            yield {
-                "type": mujoco.mjtGeom.mjGEOM_MESH,
-                "meshname": mesh,
-                "margin": feature.rounding,
-            }
+    spatial, unbounded = scene.antenna.spatial, item.feature.unbounded
+    body = spec.worldbody.add_body(name=f"object{o + 1}", pos=lift(item.place))
+    _add_joints(body, f"object{o + 1}", HEAVY, spatial=spatial)
+    shared = {"contype": 0, "conaffinity": 1, "rgba": [0.2, 0.5, 0.3, 1], "solmix": 0.0}
+    shared |= soften(scene, item.friction)
+    if spatial and unbounded:
+        axes = np.column_stack([item.axes[1], item.axes[2], item.axes[0]])  # its planes face z
+        plane = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "size": [0, 0, 1], "pos": item.place}
+        spec.worldbody.add_geom(
+            name=f"wall{o + 1}", quat=_read_quaternion(axes), **plane, **shared
+        )
+        return
+    for number, corners in enumerate(
+        list_solids(item.feature) if spatial else map(_extrude, item.feature.parts)
+    ):
+        name = f"object{o + 1}part{number}"
+        body.add_geom(**_describe_solid(spec, name, corners, item, spatial), **shared)
 
 
-def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
-    points = [[x, y, z] for z in (-_DEPTH, _DEPTH) for x, y in corners]
+def _extrude(part: np.ndarray) -> np.ndarray:
+    """Corners (corner, 3) of a convex part of the plane; what has faces is a prism."""
+    sides = (0.0,) if len(part) < 3 else (-_DEPTH, _DEPTH)
+    return np.concatenate([np.insert(part, 2, side, axis=1) for side in sides])
+
+
+def _describe_solid(
+    spec: mujoco.MjSpec, name: str, corners: np.ndarray, item: Object, spatial: bool
+) -> dict[str, object]:
+    """Geom fields of a convex solid; the rounding of what has faces is the geom's margin. MuJoCo
+    recentres meshes, and their geom's frame places them back.
+    """
+    rounding, axes = item.feature.rounding, item.axes
+    world = corners @ axes
+    if len(corners) == 1:
+        return {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [rounding, 0, 0], "pos": world[0]}
+    if len(corners) == 2:
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        return {"type": kind, "size": [rounding, 0, 0], "fromto": world.ravel()}
+    half = np.arctan2(axes[0, 1], axes[0, 0]) / 2
+    turned = _read_quaternion(axes.T) if spatial else [np.cos(half), 0, 0, np.sin(half)]
+    if is_box(corners):
+        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2 @ axes
+        place = {"pos": middle, "quat": turned, "size": np.ptp(corners, axis=0) / 2}
+        return {"type": mujoco.mjtGeom.mjGEOM_BOX, "margin": rounding, **place}
     mesh = spec.add_mesh(name=name)
-    mesh.uservert = np.ravel(points)
-    return name
+    mesh.uservert = (corners if spatial else world).ravel()
+    place = {"quat": turned} if spatial else {}
+    return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, "margin": rounding, **place}
 
 
 def _compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
     return _make_spec(scene, timestep, moving=moving).compile()
-
-
-# Scenes in space as MuJoCo has them: one hinge for each plane, objects and base on slides and a
-# ball.
-#
-# A wall without end is a plane of the world, which MuJoCo does not let move: the engine moves
-# it.
-
-
-def _add_in_space(spec: mujoco.MjSpec, scene: Scene) -> None:
-    """Put the scene's base, antenna and objects into the spec."""
-    base = spec.worldbody.add_body(name="base", pos=scene.base_pose[:3])  # its ball turns it
-    _add_joints(base, "base", ROOTED, spatial=True)
-    _add_segments(base, scene, [0.0, 0.0, 0.0])
-    for o, item in enumerate(scene.objects):
-        _add_object(spec, scene, o, item)
 
 
 def _add_follicle(body: mujoco.MjsBody, follicle: Follicle) -> None:
@@ -264,57 +236,6 @@ def _add_follicle(body: mujoco.MjsBody, follicle: Follicle) -> None:
             stiffness=[follicle.stiffness[k], 0.0, 0.0],
             damping=[follicle.damping[k], 0.0, 0.0],
         )
-
-
-def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
-    axes = np.column_stack([item.axes[1], item.axes[2], item.axes[0]])  # MuJoCo's planes face z
-    body = spec.worldbody.add_body(name=f"object{o + 1}", pos=item.place)
-    _add_joints(body, f"object{o + 1}", HEAVY, spatial=True)
-    shared = {"contype": 0, "conaffinity": 1, "rgba": [0.2, 0.5, 0.3, 1], "solmix": 0.0}
-    shared |= soften(scene, item.friction)
-    if item.feature.unbounded:
-        plane = mujoco.mjtGeom.mjGEOM_PLANE
-        spec.worldbody.add_geom(
-            name=f"wall{o + 1}",
-            type=plane,
-            size=[0, 0, 1],
-            pos=item.place,
-            quat=_read_quaternion(axes),
-            **shared,
-        )
-        return
-    for number, corners in enumerate(list_solids(item.feature)):
-        name = f"object{o + 1}part{number}"
-        body.add_geom(**_describe_solid(spec, name, corners, item), **shared)
-
-
-def _describe_solid(
-    spec: mujoco.MjSpec, name: str, corners: np.ndarray, item: Object
-) -> dict[str, object]:
-    """Geom fields of a convex solid; the rounding of what has faces is the geom's margin."""
-    rounding, world = item.feature.rounding, corners @ item.axes
-    if len(corners) == 1:
-        return {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [rounding, 0, 0], "pos": world[0]}
-    if len(corners) == 2:
-        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
-        return {"type": kind, "size": [rounding, 0, 0], "fromto": world.ravel()}
-    turned = _read_quaternion(item.axes.T)
-    if is_box(corners):
-        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2 @ item.axes
-        size = np.ptp(corners, axis=0) / 2
-        place = {"pos": middle, "quat": turned, "margin": rounding}
-        return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, **place}
-    mesh = spec.add_mesh(name=name)
-    mesh.uservert = corners.ravel()
-    place = {"quat": turned, "margin": rounding}
-    return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, **place}
-
-
-def _to_quaternion(vector: np.ndarray) -> np.ndarray:
-    """MuJoCo's quaternion (4,) of a rotation vector [rad]."""
-    size, found = float(np.linalg.norm(vector)), np.zeros(4)
-    mujoco.mju_axisAngle2Quat(found, np.asarray(vector) / size if size else np.eye(3)[0], size)
-    return found
 
 
 def _read_quaternion(matrix: np.ndarray) -> np.ndarray:
@@ -574,8 +495,7 @@ def _play(
     parent, scale = mujoco.MjSpec(), _SI if units == "si" else 1.0
     parent.compiler.degree = False
     for o, item in enumerate(scene.objects):
-        add = _add_object if scene.antenna.spatial else _add_object_spec
-        add(parent, scene, o, item)
+        _add_object(parent, scene, o, item)
     if units == "si":
         _convert_to_si(parent)
     if own:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse
 
-from feeler.analysis import Dispersion, Interval
+from feeler.analysis import Dispersion
 from feeler.antenna import Antenna
 from feeler.decoding.curves import Curves
 from feeler.decoding.sweeps import Sweep
@@ -223,59 +223,23 @@ def plot_sweep(sweep: Sweep, ax: Axes, **style: Any) -> None:
 
 
 def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
-    """One kind of code, each group above its name."""
-    plot_kinds([dispersion], index, ax)
+    """Every tensor's closest match as a dot, the average of each group with its 95 % interval
+    beside it, above the group's name.
+    """
+    rng = np.random.default_rng(0)  # spreads the dots sideways only
     names = [str(group) for group in dispersion.groups]
+    colours = pick_colours(names)
+    for place, (name, group) in enumerate(zip(names, dispersion.groups, strict=True)):
+        values, one = dispersion.values(index, group), dispersion.average[index][group]
+        dots = place + rng.uniform(-0.15, 0.15, len(values))
+        ax.plot(dots, values, ".", ms=2, color=colours[name], alpha=0.4)
+        error = [[one.estimate - one.low], [one.high - one.estimate]]
+        look: dict[str, Any] = {"fmt": "o", "ms": 4, "capsize": 2, "color": colours[name]}
+        ax.errorbar([place + 0.28], [one.estimate], error, label=name, **look)
     ax.set_xticks(
         range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7
     )
     ax.tick_params(axis="y", labelsize=7)
-
-
-def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:
-    """Every tensor's closest match as a dot, group averages with their 95 % intervals; a free place
-    between sets.
-    """
-    sets = [
-        {str(g): (d.values(index, g), d.average[index][g]) for g in d.groups}
-        for d in dispersions
-    ]
-    plot_groups(sets, ax)
-
-
-def plot_groups(sets: Sequence[Mapping[str, tuple[np.ndarray, Interval]]], ax: Axes) -> None:
-    """Every value (trial,) of each group as a dot, its average with the interval beside it; a free
-    place between sets.
-    """
-    rng = np.random.default_rng(0)  # spreads the dots sideways only
-    starts = np.arange(len(sets)) * (len(sets[0]) + 1)
-    colours = pick_colours(sets[0])
-    for place, group in enumerate(sets[0]):
-        values = [members[group][0] for members in sets]
-        dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(
-            -0.15, 0.15, sum(map(len, values))
-        )
-        colour = colours[group]
-        ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
-        known = [members[group][1] for members in sets]
-        mean, low, high = np.array([(one.estimate, one.low, one.high) for one in known]).T
-        error = mean - low, high - mean
-        ax.errorbar(
-            starts + place + 0.28,
-            mean,
-            error,
-            fmt="o",
-            ms=4,
-            capsize=2,
-            color=colour,
-            label=group,
-        )
-
-
-def name_kinds(dispersions: Sequence[Dispersion], names: Sequence[str], ax: Axes) -> None:
-    """The kind of code below the middle of each set that ``plot_kinds`` drew."""
-    n_groups = len(dispersions[0].groups)
-    ax.set_xticks(np.arange(len(dispersions)) * (n_groups + 1) + (n_groups - 1) / 2, names)
 
 
 def plot_spreads(

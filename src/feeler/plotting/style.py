@@ -22,7 +22,7 @@ SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 PROFILE_COLOURS = {
     "exponential": "#0072B2",
     "linear": "#D55E00",
-    "constant": "#009E73",
+    "uniform": "#009E73",
     "matched": "#CC79A7",
 }
 # Tol's muted scheme and two of Okabe & Ito's that no profile has: other meanings, other colours
@@ -96,9 +96,10 @@ def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:
     ]
 
 
-def mark_panel(ax: Axes, letter: str) -> None:
-    """The panel's letter, bold, above its upper left corner."""
-    ax.set_title(letter, loc="left", fontweight="bold", fontsize=9)
+def mark_panels(axes: Any, letters: str = "abcdefghi") -> None:
+    """A letter for each panel, bold, above its upper left corner."""
+    for letter, ax in zip(letters, np.ravel(axes), strict=False):
+        ax.set_title(letter, loc="left", fontweight="bold", fontsize=9)
 
 
 @checked

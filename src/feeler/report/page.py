@@ -27,6 +27,7 @@ from feeler.files import ensure_folder, write_text, writing
 from feeler.plotting.style import (
     DOUBLE,
     fix_layout,
+    mark_panels,
     style,
     unjoin,
 )
@@ -49,13 +50,16 @@ class Pictures:
         self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
     ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
         """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two
-        columns, and its tensors.
+        columns, and its tensors. Where no panel has a letter, each of two to nine gets one.
         """
         width = DOUBLE if width is None else width
         with style():
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
             draw(figure)
+            drawn = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
+            if 1 < len(drawn) < 10 and not any(ax.get_title(loc="left") for ax in drawn):
+                mark_panels(drawn)
             unjoin(figure)
             fix_layout(figure)
             panels = list_tensors(figure)

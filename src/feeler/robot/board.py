@@ -75,7 +75,7 @@ def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
     It learns the samples after contact alone, at which a board needs no peak to be found.
     """
     watch: Any = decoder.stream.watch_
-    means, y, groups, _ = watch.readers_[max(watch.readers_)]._training
+    means, y, groups, _ = watch.classifiers_[max(watch.classifiers_)]._training
     classes = decoder.stream.classes_
     labels = number_labels(y, classes)
     folds = np.unique(groups, return_inverse=True)[1] % _FOLDS

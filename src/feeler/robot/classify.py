@@ -32,7 +32,7 @@ from feeler.validation import Count, Seed, checked
 
 # What a classifier learns from: touches of surrogate robots, and of unknown beside them.
 
-_ROBOTS = 24  # [C] surrogate robots whose touches a reader learns
+_ROBOTS = 24  # [C] surrogate robots whose touches a classifier learns
 _SIZES = (0.2, 6.0)  # [C] of a stranger, over the size of the object in whose place it is met
 _TOGETHER = 4  # [C] robots that are simulated between two marks of progress
 _CORNERS = 16  # [C] of an ellipse
@@ -151,7 +151,7 @@ def make_classifier(
     training: TrainingSet | None = None,
     **how: Any,
 ) -> StudentTClassifier:
-    """A reader of any antenna's touches, trained on the touches of surrogate robots around it.
+    """A classifier of any antenna's touches, trained on the touches of surrogate robots around it.
 
     Its probabilities are calibrated on robots that it did not learn, at one reality gap; what your
     robot's own gap is, they cannot know. ``measure_strangeness`` says what is unlike any touch of
@@ -286,7 +286,7 @@ def _count_after_peak(recording: Recording, antenna: Antenna) -> int:
 
 
 def judge_recording(
-    reader: StudentTClassifier, recording: Recording, antenna: Antenna, before: int = BEFORE
+    classifier: StudentTClassifier, recording: Recording, antenna: Antenna, before: int = BEFORE
 ) -> tuple[Answer, np.ndarray]:
     """The answer to a repaired recording of angles from rest, and its aligned tensor.
 
@@ -312,14 +312,14 @@ def judge_recording(
         missing += ", and no peak: the largest deflection stands for it" if early else ""
     # The answer to one aligned tensor (sensor, time), of which the samples before until
     # [ms] count; notes are Recording.labels.
-    probability = reader.predict_proba(tensor[None], until)[0]
+    probability = classifier.predict_proba(tensor[None], until)[0]
     felt = bool(np.isfinite(probability).all())
     best = np.argsort(-probability, kind="stable")[:2]
-    ranked = [reader.classes_[k] for k in best] if felt else [NO_CONTACT]
+    ranked = [classifier.classes_[k] for k in best] if felt else [NO_CONTACT]
     truth = {part: recording.labels[part] for part in LABEL_PARTS if part in recording.labels}
     known = any(
         all(_agree(label[LABEL_PARTS.index(p)], v) for p, v in truth.items())
-        for label in reader.classes_
+        for label in classifier.classes_
     )
     answer = Answer(
         label=ranked[0],
@@ -328,9 +328,11 @@ def judge_recording(
         runner_up_probability=float(probability[best[1]]) if felt else float("nan"),
         truth=truth,
         known=known,
-        strangeness=float(reader.measure_strangeness(tensor[None], until)[0]) if felt else 0.0,
+        strangeness=float(classifier.measure_strangeness(tensor[None], until)[0])
+        if felt
+        else 0.0,
         missing=missing if felt else "",
-        probabilities=dict(zip(reader.classes_, map(float, probability), strict=True))
+        probabilities=dict(zip(classifier.classes_, map(float, probability), strict=True))
         if felt
         else {},
     )

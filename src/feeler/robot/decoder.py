@@ -175,7 +175,7 @@ class RobotDecoder:
             self.classifier.predict_proba(touch)
             tensor = np.zeros((n, self.stream.window))
             tensor[off] = np.nan
-            for moment in self.stream.watch_.readers_:
+            for moment in self.stream.watch_.classifiers_:
                 self.stream.watch_.judge(tensor, moment - 1, list(self.stream.classes_))
         return _LiveTouch(
             self.stream, self.classifier, self.antenna, self.before, labels, missing

@@ -1,5 +1,6 @@
 """Spikes: from bending to what a nerve says. Sensilla, their trains, and who reads them."""
 
+from feeler.renamed import find_renamed
 from feeler.spikes.recordings import (
     SensillumFit,
     compare_trains,
@@ -23,9 +24,9 @@ from feeler.spikes.trains import (
     POISSON,
     SPIKE_CODES,
     Firing,
-    PoissonReader,
+    PoissonObserver,
     SensillaStream,
-    SpikeReader,
+    SpikeClassifier,
     attach_trains,
     count_spikes,
     draw_spikes,
@@ -38,12 +39,12 @@ __all__ = [
     "POISSON",
     "SPIKE_CODES",
     "Firing",
-    "PoissonReader",
+    "PoissonObserver",
     "Population",
     "SensillaStream",
     "Sensillum",
     "SensillumFit",
-    "SpikeReader",
+    "SpikeClassifier",
     "attach_trains",
     "compare_trains",
     "compute_psth",
@@ -61,4 +62,5 @@ __all__ = [
 ]
 
 
+__getattr__ = find_renamed(__name__)
 __dir__ = __all__.copy

@@ -279,7 +279,7 @@ def cut_trains(
     -------
     Dataset
         ``touches`` with the trains; or one of its own, with ``time`` in steps of 1 ms from −before
-        to ``after`` and ``lead`` 0, which is what :func:`count_spikes` and its readers take.
+        to ``after`` and ``lead`` 0, which is what :func:`count_spikes` and its classifiers take.
 
     Raises
     ------

@@ -10,8 +10,8 @@ from scipy.special import logsumexp, softmax
 
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import (
+    Classifier,
     Labels,
-    Reader,
     check_labels,
     count_until,
     make_lda,
@@ -190,10 +190,10 @@ def attach_trains(
 
 @checked
 def count_spikes(touches: xr.Dataset) -> xr.DataArray:
-    """How many spikes fall within each sample: a raster (trial, unit, time), as readers take it.
+    """How many spikes fall within each sample: a raster (trial, unit, time), for classifiers.
 
-    A spike belongs to the first sample at or after it. Coordinates travel along, so that readers
-    know the deadline (``time``, ``lead``).
+    A spike belongs to the first sample at or after it. Coordinates travel along, so that a
+    classifier knows the deadline (``time``, ``lead``).
     """
     if "spike_time" not in touches:
         raise InvalidInput("there are no spikes; draw_spikes(touches) gives them.")
@@ -347,7 +347,7 @@ class SensillaStream:
         return self._units[:count].copy(), self._times[:count].copy()
 
 
-# Readers of spikes: by counts, by first spikes, and the ideal observer of Poisson trains.
+# Classifiers of spikes: by counts, by first spikes, and the ideal observer of Poisson trains.
 
 SPIKE_CODES: Registry[Any] = Registry("code of spikes")
 """What a brain might look at: ``code(raster, width)`` turns counts (trial, unit, time) into a table
@@ -383,7 +383,7 @@ def _find_onset(raster: np.ndarray, width: int = 1) -> np.ndarray:
     return _find_first(raster, width).min(axis=1, keepdims=True)
 
 
-class SpikeReader(Reader):
+class SpikeClassifier(Classifier):
     """Reads one code of a raster by principal components and linear discriminant analysis.
 
     Parameters
@@ -399,7 +399,7 @@ class SpikeReader(Reader):
     ----------
     classes_
         Labels, sorted.
-    reader_
+    classifier_
         The fitted classifier of codes.
     """
 
@@ -408,7 +408,7 @@ class SpikeReader(Reader):
         self.width = width
         self.n_components = n_components
 
-    def fit(self, X: Any, y: Labels) -> "SpikeReader":
+    def fit(self, X: Any, y: Labels) -> "SpikeClassifier":
         """Learn from rasters (trial, unit, time), as :func:`count_spikes` gives them."""
         if self.width < 1:
             raise InvalidInput(f"width must be at least 1 sample, got {self.width}.")
@@ -420,22 +420,22 @@ class SpikeReader(Reader):
             )
         self._keep(X, y)
         fewest = min(self.n_components, len(codes) - 1, codes.shape[1])
-        self.reader_ = make_lda(fewest).fit(codes, y)
-        self.classes_ = self.reader_.classes_
+        self.classifier_ = make_lda(fewest).fit(codes, y)
+        self.classes_ = self.classifier_.classes_
         return self
 
     def _decide(self, X: Any) -> np.ndarray:
         codes = SPIKE_CODES[self.code](_check_rasters(X), self.width).astype(float)
-        return self.reader_.predict_proba(codes)
+        return self.classifier_.predict_proba(codes)
 
 
-class PoissonReader(Reader):
-    """Knows the rates of every touch: no reader of the same Poisson trains does better.
+class PoissonObserver(Classifier):
+    """Knows the rates of every touch: no classifier of the same Poisson trains does better.
 
     The touches r_c(unit, t) that it was fitted on are equally likely. Of counts n in steps Δt,
     ln p(n | c) = Σ n ln(r_c Δt) − Σ r_c Δt, up to what all touches share; a spike where r_c = 0
     excludes that touch. A class's probability is the sum over its touches. Of trains that are more
-    regular than Poisson it is a reader like others.
+    regular than Poisson it is a classifier like others.
 
     Parameters
     ----------
@@ -457,7 +457,7 @@ class PoissonReader(Reader):
         self.step = step
         self.floor = floor
 
-    def fit(self, X: Any, y: Labels) -> "PoissonReader":
+    def fit(self, X: Any, y: Labels) -> "PoissonObserver":
         """Know rates (trial, unit, time) [Hz], one label each.
 
         Warns where several of one label look like drawn spikes: of these it is not ideal.

@@ -13,8 +13,7 @@ import numpy as np
 
 from feeler.antenna.animals import FACTS
 from feeler.antenna.files import SOURCE_TAGS, parse_antenna, write_antenna
-from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna, make_even_sensors, require_plane
+from feeler.antenna.segments import Antenna, compute_modes, make_even_sensors, require_plane
 from feeler.errors import InvalidInput
 from feeler.objects.bodies import Object
 from feeler.objects.shapes import Feature, make_feature, trace_rim

@@ -246,7 +246,9 @@ def read_topic(path: str, topic: str, *joints: str) -> tuple[dict[str, Any], dic
                 rows.append(found)
                 named.append(names)
                 clocks[0].append(sent)
-                clocks[1].append(_read_stamp(message, kind))
+                # When a joint state was measured [ns]; 0 where it does not say so.
+                stamp = message.header.stamp if kind == _JOINTS else None
+                clocks[1].append(stamp.sec * 10**9 + stamp.nanosec if stamp else 0)
     if not rows:
         raise InvalidInput(f"{about['topic'] or 'it'} holds no message.")
     # one clock for all: a simulation's stamps may begin at 0, and who stamps nothing says 0 always
@@ -354,12 +356,6 @@ def _check_length(length: int, rows: list[Any], topic: str) -> None:
         raise InvalidInput(
             f"message {len(rows)} of {topic} holds {length} numbers, others not as many."
         )
-
-
-def _read_stamp(message: Any, kind: str) -> int:
-    """When a joint state was measured [ns]; 0 where it does not say so."""
-    stamp = message.header.stamp if kind == _JOINTS else None
-    return stamp.sec * 10**9 + stamp.nanosec if stamp else 0
 
 
 def _open(part: Path) -> contextlib.AbstractContextManager[_Bag]:

@@ -119,12 +119,6 @@ def _write(array: Any, indices: Sequence[int], values: np.ndarray) -> None:
         array[indices[run[0]] : indices[run[-1]] + 1] = values[run]
 
 
-def _pick(rows: np.ndarray) -> slice | np.ndarray:
-    """The same rows as a slice where they are a run."""
-    run = bool(rows.size) and bool((np.diff(rows) == 1).all())
-    return slice(int(rows[0]), int(rows[-1]) + 1) if run else rows
-
-
 def _find_chunks(path: Path, array: Any, rows: Any) -> list[Path]:
     """The files that hold some trials of an array."""
     size, rest = (array.shards or array.chunks)[0], ".0" * (array.ndim - 1)
@@ -662,7 +656,11 @@ def _assemble(path: Path, dataset: xr.Dataset, root: Any, rows: np.ndarray) -> x
         numbers = indexing.LazilyIndexedArray(_Numbers(path, root["angle"], length))
         attrs = {"units": quantity.unit, "long_name": quantity.meaning}
         found["curvature"] = xr.Variable(found["angle"].dims, numbers, attrs)
-    return dataset.assign(found).isel(trial=_pick(rows))
+    # The same rows as a slice where they are a run.
+    run = bool(rows.size) and bool((np.diff(rows) == 1).all())
+    return dataset.assign(found).isel(
+        trial=(slice(int(rows[0]), int(rows[-1]) + 1) if run else rows)
+    )
 
 
 def _list_made(dataset: xr.Dataset, made: list[Any]) -> xr.Dataset:

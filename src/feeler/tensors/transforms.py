@@ -398,7 +398,7 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
     Between sensors the bending beyond the rest shape, (θ − θ_rest) / ℓ, is interpolated linearly
     along the arc and held beyond the first and the last; where all hinges are sensors nothing is
     interpolated. With the default 56 of 140 hinges, no point of the paper's touches is off by more
-    than 0.07 mm (0.16 % of the length) for the exponential profile and 0.02 mm for the constant
+    than 0.07 mm (0.16 % of the length) for the exponential profile and 0.02 mm for the uniform
     one; the tip's greatest error in a touch is in the median 0.02 and 0.01 mm.
 
     Parameters

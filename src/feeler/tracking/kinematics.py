@@ -392,7 +392,14 @@ def find_sweeps(
     spectrum = _MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
     cutoff = _read_cutoff(cutoff, spectrum)
     smoothed = smooth(filled, interval, cutoff=cutoff)
-    noise = _measure_noise(spectrum.noise, interval, cutoff)
+    # sd of the speed [rad/ms] that white noise of the angle, of this sd [rad], leaves
+    # behind filter and derivative.
+    half = max(200, round(5 / (cutoff * interval)))
+    pulse = np.zeros(2 * half + 1)
+    pulse[half] = spectrum.noise
+    noise = float(
+        np.linalg.norm(_differentiate(smooth(pulse, interval, cutoff=cutoff), interval))
+    )
     least = max(min_prominence, _MIN_NOISES * noise, np.finfo(float).tiny)
     times, peaks = [], []
     for run in _find_runs(smoothed):
@@ -459,18 +466,6 @@ def _find_long(is_bridged: np.ndarray, interval: float, frequency: float) -> np.
         if (gap.stop - gap.start + 1) * interval * frequency > _MAX_CYCLE:
             long[gap] = True
     return long
-
-
-def _measure_noise(noise: float, interval: float, cutoff: float) -> float:
-    """sd of the speed [rad/ms] that white noise of the angle, of this sd [rad], leaves behind
-    filter and derivative.
-    """
-    half = max(200, round(5 / (cutoff * interval)))
-    pulse = np.zeros(2 * half + 1)
-    pulse[half] = noise
-    return float(
-        np.linalg.norm(_differentiate(smooth(pulse, interval, cutoff=cutoff), interval))
-    )
 
 
 def _refine(three: np.ndarray) -> tuple[float, float]:

@@ -20,12 +20,15 @@ from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
 from feeler.tensors.table import Table, find_heading
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
-from feeler.tracking.exports import LENGTHS, _find_boxes, _find_landmarks, _is_export
 from feeler.tracking.trackers import (
+    LENGTHS,
     OWN_UNIT,
     PLACEHOLDER,
     PLANES,
     Found,
+    _find_boxes,
+    _find_landmarks,
+    _is_export,
     _read_clock,
     _read_tracker,
     _spread_frames,

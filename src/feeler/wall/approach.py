@@ -12,7 +12,7 @@ from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects.bodies import Object, Wall
 from feeler.physics.contact import get_contact
-from feeler.physics.rod.stepper import Rest, RodStepper
+from feeler.physics.equilibrium import Equilibrium, Rest
 from feeler.physics.scene import Scene
 from feeler.records import Choice, Ge, Gt, Le, Record, Unit
 from feeler.validation import checked
@@ -258,13 +258,12 @@ def approach(
     posture = posture or Posture()
     distance = _check_distances(distances, antenna)
     bent = posture.bend(antenna)
-    rod, wall = _begin(bent, posture.replace(side="right"), distance[0])
+    standing, wall = _begin(bent, posture, distance[0])
     steps, rests, places = [], [], []
     for goal in distance:
-        rests.append(Rest(0.0, 0) if goal > wall else _bring(rod, wall, goal, substep))
-        state = rod.read()
-        steps.append(bent.rest_angle if goal > wall else state.angle[0])
-        places.append(np.nan if goal > wall else state.contact_place[0])
+        rests.append(Rest(0.0, 0) if goal > wall else _bring(standing, wall, goal, substep))
+        steps.append(bent.rest_angle if goal > wall else standing.angle)
+        places.append(np.nan if goal > wall else standing.contact_place)
         wall = min(wall, goal)
     angle, contact = np.array(steps), np.array([rest.n_contacts > 0 for rest in rests])
     tip = posture.base_angle + angle.sum(axis=1)
@@ -302,22 +301,20 @@ def _check_distances(distances: Sequence[float] | np.ndarray, antenna: Antenna) 
     return np.unique(values)[::-1]
 
 
-def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Rest:
+def _bring(standing: Equilibrium, distance: float, goal: float, substep: float) -> Rest:
     """Move the wall from ``distance`` to ``goal`` and relax at every step; how the last one
     ended.
     """
     walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
-    return [
-        rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)
-    ][-1]
+    return [standing.settle(wall) for wall in (walls[1:] if len(walls) > 1 else walls)][-1]
 
 
-def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper, float]:
+def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[Equilibrium, float]:
     """The pre-bend, and the distance at which the wall then stands; on the right side."""
     base = posture.base_angle
     reach = _measure_reach(antenna, base)
     if posture.prebend in ("rest", "none"):
-        return _hold(antenna, posture, first), max(first, reach)
+        return Equilibrium(antenna, posture.friction, base), max(first, reach)
     wall = min(first, reach - _TUCK)
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(base))
     if wall < room:
@@ -327,20 +324,12 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
             " fold_radius, or prebend='rest'."
         )
     if posture.prebend == "placed":
-        return (
-            _hold(
-                antenna, posture, wall, angle=np.diff(posture.lay(antenna, wall), prepend=base)
-            ),
-            wall,
-        )
-    rod = _hold(antenna, posture, wall, base=(0.0, 0.0, np.pi))
+        angle = np.diff(posture.lay(antenna, wall), prepend=base)
+        return Equilibrium(antenna, posture.friction, base, angle), wall
+    standing = Equilibrium(antenna, posture.friction, np.pi)
     for heading in np.linspace(np.pi, base, _ROTATION_STEPS + 1)[1:]:
-        rod.settle(base=(0.0, 0.0, heading))
-    return rod, wall
-
-
-def _hold(antenna: Antenna, posture: Posture, distance: float, **fields: Any) -> RodStepper:
-    return RodStepper([make_wall_scene(antenna, posture, distance, **fields)], timestep=1.0)
+        standing.settle(wall, heading)
+    return standing, wall
 
 
 # Where an antenna bends most: at a hinge, or on a smoothed curve between hinges.

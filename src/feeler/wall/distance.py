@@ -421,7 +421,7 @@ def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict
 
 @checked
 def count_orderings(
-    cases: Iterable[Case], order: tuple[str, ...] = ("exponential", "linear", "constant")
+    cases: Iterable[Case], order: tuple[str, ...] = ("exponential", "linear", "uniform")
 ) -> dict[tuple, dict[str, int]]:
     """Per value of each choice: in how many set-ups R² falls in ``order``, does not, or is
     undefined.

@@ -15,8 +15,7 @@ from feeler.objects.bodies import Object
 from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Feature
 from feeler.physics.contact import get_contact
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
-from feeler.physics.rod.stepper import find_slips
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.scene import Scene
 from feeler.physics.simulation import Simulations
 from feeler.records import Ge, Gt, Lt, Record, Shown, Unit, freeze
@@ -165,7 +164,6 @@ def make_turn(angle: float, lengths: Sequence[float] = (RUN_UP, RUN_UP)) -> Cour
 
 # A body that follows a wall by where its antenna bends most.
 
-_ENGINE = "rod-inertia"
 # [C] ms; how often a body feels and steers, or once per timestep where that is longer
 _PERIOD = 1.0
 _SPEED = 0.45  # [C] mm/ms
@@ -339,7 +337,7 @@ def calibrate(
     distances: Sequence[float] | np.ndarray | None = None,
     *,
     speed: float | None = None,
-    engine: str | None = None,
+    engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> DistanceMap:
@@ -354,7 +352,7 @@ def calibrate(
     if distances is None:
         distances = measure_scale(antenna) * np.array(CALIBRATION)
     speed = _choose_speed(antenna) if speed is None else speed
-    engine, timestep = _choose_steps(antenna, None, speed, engine, timestep)
+    timestep = _choose_timestep(antenna, speed, engine, timestep)
     distances = np.sort(np.atleast_1d(np.asarray(distances, dtype=float)))[::-1]
     sweep = approach(antenna, posture, distances, substep=RUN_SUBSTEP)
     listened = []
@@ -392,24 +390,14 @@ def _choose_speed(antenna: Antenna) -> float:
     return _SPEED * min(1.0, measure_scale(antenna))
 
 
-def _choose_steps(
-    antenna: Antenna,
-    course: Course | None,
-    speed: float,
-    engine: str | None,
-    timestep: float | None,
-) -> tuple[str, float]:
-    """Engine and timestep [ms]: the rod with inertia where no corner of the course can slip in
-    between two of the antenna's hinges, and 1 ms or the longest part of it that follows the base.
-    """
-    if engine is None:
-        walls = [] if course is None else [course.make_object()]
-        engine = DEFAULT_ENGINE if find_slips(antenna, walls) else _ENGINE
+def _choose_timestep(
+    antenna: Antenna, speed: float, engine: str, timestep: float | None
+) -> float:
+    """The timestep [ms]; by default the longest part of 1 ms that contact and base allow."""
     if timestep is not None:
-        return engine, timestep
+        return timestep
     usual = choose_timestep(None, engine, get_contact(None, antenna))
-    far = get_engine(engine).stride * float(antenna.radius.min())
-    return engine, _PERIOD / np.ceil(_PERIOD / min(usual, far / speed) - 1e-9)
+    return _PERIOD / np.ceil(_PERIOD / min(usual, float(antenna.radius.min()) / speed) - 1e-9)
 
 
 @checked
@@ -423,7 +411,7 @@ def follow(
     start: Annotated[float, Gt(0)] | None = None,
     distance_map: DistanceMap | None = None,
     oracle: bool = False,
-    engine: str | None = None,
+    engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> Run:
@@ -449,9 +437,8 @@ def follow(
     oracle
         Steer by the true distance: what steering alone can reach.
     engine, timestep
-        As for :func:`feeler.touch`; by default the rod with inertia, whose implicit steps may be 1
-        ms long, or, where a corner of the course could slip in between two hinges, the chain; and
-        the longest timestep that divides 1 ms and follows the base.
+        As for :func:`feeler.touch`; by default the longest timestep that divides 1 ms and follows
+        the base.
     watch
         Called after each period, with the body (3,) and the hinge angles (segment,).
 
@@ -487,7 +474,7 @@ def follow(
                 " oracle=True."
             )
     sweep = approach(antenna, posture, [start], substep=RUN_SUBSTEP)
-    engine, timestep = _choose_steps(antenna, course, speed, engine, timestep)
+    timestep = _choose_timestep(antenna, speed, engine, timestep)
     runner = _Runner(make_course_scene(sweep, 0, course), speed, engine, timestep, watch)
     run = _run(runner, course, controller, None if oracle else distance_map)
     chosen = {"posture": posture.to_plain(), "controller": controller.to_plain()}

@@ -4,7 +4,7 @@ schemes of contact.
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import config, types
@@ -92,17 +92,17 @@ define_proxy(_Handle, _HandleType, ["tables"])
 
 
 @compiled
-def _make_handle(tables):
-    """A handle on tables."""
+def make_handle(tables):
+    """A handle on tables, of scenes in the plane or in space."""
     return _Handle(tables)
 
 
 if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call itself for ever
 
     class _PlainHandle(NamedTuple):
-        tables: Tables
+        tables: tuple
 
-    _make_handle = _PlainHandle
+    make_handle = _PlainHandle
 
 
 @compiled
@@ -329,23 +329,30 @@ class ChainStepper(Stepper):
     replaced by itself.
     """
 
-    rows_each = f.ROWS
+    label, rows_each, sink = "chain", f.ROWS, f.B_SINK
+    commanded: Any = np.array([f.B_VX, f.B_VY, f.B_TURN])
     record_lanes = staticmethod(record_many)
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
         for scene in scenes:
             scene.timed_contact.check_timestep(timestep)
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
-        self.tables = _make_tables(self.scenes, [make_model(scene) for scene in self.scenes])
-        self.drive = self.tables.base[0, [f.B_VX, f.B_VY, f.B_TURN]].copy()[None]
-        with _announce_compiling("chain", len(self.scenes)):
+        self.tables = self._make_tables()
+        self.drive = self.tables.base[0, self.commanded].copy()[None]
+        with _announce_compiling(self.label, len(self.scenes)):
             self._settle()
+
+    def _make_tables(self) -> Any:
+        return _make_tables(self.scenes, [make_model(scene) for scene in self.scenes])
 
     def _settle(self) -> None:
         """Take hold of the tables and compute what follows from the state; changes nothing else."""
-        t = self.tables
-        self.handle = _make_handle(t)
+        self.handle = make_handle(self.tables)
         self._run(0, self.drive)  # compiles, or loads what was compiled before
+        self._move()
+
+    def _move(self) -> None:
+        t = self.tables
         move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
@@ -416,7 +423,7 @@ class ChainStepper(Stepper):
 
     def read_sink(self) -> np.ndarray:
         """How deep contacts have sunk at most (lane,)."""
-        return self.tables.base[0, f.B_SINK]
+        return self.tables.base[0, self.sink]
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""
@@ -466,13 +473,11 @@ class ChainStepper(Stepper):
             " outline with fewer corners."
         )
 
-    def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
+    def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
         """From the next step on the base moves like this."""
-        self.drive[0, :, lane] = *velocity, turn
+        self.drive[0, :, lane] = np.hstack([velocity, turn])
 
-    def move_object(
-        self, lane: int, o: int, velocity: tuple[float, float], turn: float
-    ) -> None:
+    def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
         """From the next step on the object moves like this."""
         self.tables.place[o, f.P_VX : f.P_TURN + 1, lane] = *velocity, turn
 
@@ -509,18 +514,26 @@ class ChainStepper(Stepper):
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
         scene.timed_contact.check_timestep(self.timestep)
-        model, others = make_model(scene), [k for k in range(len(self.scenes)) if k != lane]
+        fits = self._refill(lane, scene)
         self.scenes[lane] = scene
-        if _fits(self.tables, model):
-            _fill(self.tables, lane, scene, model)
-            _fill_shapes(self.tables, lane, model)
-        else:  # other tables, with the other lanes as they are
-            kept = [self.save(k) for k in others]
-            self.tables = _make_tables(self.scenes, [make_model(s) for s in self.scenes])
-            for k, saved in zip(others, kept, strict=True):
+        if not fits:  # other tables, with the other lanes as they are
+            kept = [(k, self.save(k)) for k in range(len(self.scenes)) if k != lane]
+            self.tables = self._make_tables()
+            for k, saved in kept:
                 self.load(k, saved)
         self.drive[0, :, lane] = scene.base_velocity
         self._settle()
+
+    def _refill(self, lane: int, scene: Scene) -> bool:
+        """Put a lane's new scene into the tables; whether they have room for it."""
+        model, t = make_model(scene), self.tables
+        if not _fits(t, model):
+            return False
+        _fill(t, lane, scene, model)
+        for whole, own in zip(t.shapes, stack_shapes([model]), strict=True):
+            whole[lane] = own[0, -1] if whole.dtype == np.int64 else 0.0
+            whole[lane][tuple(slice(s) for s in own.shape[1:])] = own[0]
+        return True
 
 
 def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Tables:
@@ -570,13 +583,6 @@ def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
     t.obj[:, f.O_PLANES + 2, lane] = -np.inf  # nothing is near no object
     t.obj[:n_objects, :, lane], t.place[:n_objects, :, lane] = model.obj, model.place
     t.number[lane] = 0
-
-
-def _fill_shapes(t: Tables, lane: int, model: ChainModel) -> None:
-    """Put one scene's shapes in the place of those that its lane had."""
-    for whole, own in zip(t.shapes, stack_shapes([model]), strict=True):
-        whole[lane] = own[0, -1] if whole.dtype == np.int64 else 0.0
-        whole[lane][tuple(slice(s) for s in own.shape[1:])] = own[0]
 
 
 def _count_contacts(model: ChainModel) -> int:

@@ -119,7 +119,7 @@ function makeLead(config) {
     const element = make("p", { class: "lead" }, make("b"), felt);
     function update() {
       const { mode, touch } = app.store.state, hand = mode === "hand", thing = touch.kind;
-      element.firstChild.textContent = hand ? `Take the ${thing}, or the dark base, and touch. ` : `Drag the ${thing} along the antenna. Compare ${pair(config.antennas)}, ${pair(config.speeds)}. `;
+      element.firstChild.textContent = hand ? `Take the ${thing}, or the dark base, and touch. ` : `Drag the ${thing} along this simulated antenna. Compare ${pair(config.antennas)}, ${pair(config.speeds)}. `;
       if (app.hidden) element.firstChild.textContent = "Something touches the antenna. ";
       const words = app.hidden ? "What is it?" : hand ? "The simulation follows you, slowed down." : sayFelt(config, app);
       if (words) felt.textContent = words;

@@ -6,7 +6,7 @@ import { make, show, write } from "./dom.js";
 /** Facts behind a preset's numbers; what stands in none is derived from them. */
 const FACTS_OF = {
   exponential: ["stiffness_base", "stiffness_rate"], linear: ["linear_stiffness_base", "linear_stiffness_tip"],
-  constant: ["constant_stiffness", "constant_stiffness"], matched: ["level", "level"], robot: ["flexures", "flexures"],
+  uniform: ["uniform_stiffness", "uniform_stiffness"], matched: ["level", "level"], robot: ["flexures", "flexures"],
 };
 
 /** Where a number of an antenna comes from. @param {any} one @param {"stiffness"|"length"|"sensors"} what @param {number} end */

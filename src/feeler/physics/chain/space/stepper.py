@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import config, types
-from numba.experimental.structref import StructRefProxy, define_proxy, register
 
 from feeler.antenna.segments import Antenna, to_matrix
 from feeler.compiled import compiled, inlined, nested
@@ -24,7 +22,7 @@ from feeler.physics.chain.space.contact import (
 )
 from feeler.physics.chain.space.sweep import fold_in_space, locate_in_space, move_in_space
 from feeler.physics.chain.stepper import MAX_CONTACTS, ChainStepper, make_table
-from feeler.physics.engine import Contacts, State, _announce_compiling
+from feeler.physics.engine import Contacts, State
 from feeler.physics.scene import Scene
 
 # One step of all lanes in space, compiled, as :mod:`feeler.physics.chain.stepper` in the plane.
@@ -53,32 +51,6 @@ class _SpaceTables(NamedTuple):
     # tuple is, and leaves out what nobody asks for
     kind: tuple
     width: tuple
-
-
-@register
-class _SpaceHandleType(types.StructRef):
-    """The type of a :class:`_SpaceHandle`."""
-
-
-class _SpaceHandle(StructRefProxy):
-    """Tables handed to compiled code as one thing."""
-
-
-define_proxy(_SpaceHandle, _SpaceHandleType, ["tables"])
-
-
-@compiled
-def _make_space_handle(tables):
-    """A handle on tables."""
-    return _SpaceHandle(tables)
-
-
-if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call itself for ever
-
-    class _PlainHandle(NamedTuple):
-        tables: _SpaceTables
-
-    _make_space_handle = _PlainHandle
 
 
 @compiled
@@ -314,22 +286,15 @@ def _write_pose(base, row, lane):
 class SpaceChainStepper(ChainStepper):
     """Scenes in space of one segment count and one number of planes, one per lane."""
 
-    rows_each = s.EDGES
+    label, rows_each, sink = "chain in space", s.EDGES, s.BASE_SINK
+    commanded = slice(s.BASE_V, s.BASE_V + 6)
     record_lanes = staticmethod(_record_in_space)
 
-    def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
-        for scene in scenes:
-            scene.timed_contact.check_timestep(timestep)
-        self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
-        self.tables: Any = _make_tables(self.scenes)
-        self.drive = self.tables.base[0, s.BASE_V : s.BASE_V + 6].copy()[None]
-        with _announce_compiling("chain in space", len(self.scenes)):
-            self._settle()
+    def _make_tables(self) -> _SpaceTables:
+        return _make_tables(self.scenes)
 
-    def _settle(self) -> None:
+    def _move(self) -> None:
         t = self.tables
-        self.handle = _make_space_handle(t)
-        self._run(0, self.drive)
         move_in_space(t.constants, t.work, t.base, t.kind, 0.0, t.width)
 
     def read(self) -> State:
@@ -357,10 +322,6 @@ class SpaceChainStepper(ChainStepper):
             sink=base[s.BASE_SINK],
         )
 
-    def read_sink(self) -> np.ndarray:
-        """How deep contacts have sunk at most (lane,)."""
-        return self.tables.base[0, s.BASE_SINK]
-
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""
         t, count = self.tables, max(self.tables.number[lane], 0)
@@ -386,10 +347,6 @@ class SpaceChainStepper(ChainStepper):
         total = work[s.SEG_ALONG : s.OMEGA + 3, -1].sum(axis=0)
         return ~np.isfinite(total) | (self.tables.number < 0)
 
-    def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
-        """From the next step on the base moves like this."""
-        self.drive[0, :, lane] = *velocity, *turn
-
     def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
         """From the next step on the object moves like this."""
         self.tables.place[s.OBJ_V : s.OBJ_OMEGA + 3, o, lane] = *velocity, *turn
@@ -400,17 +357,8 @@ class SpaceChainStepper(ChainStepper):
         own = self.tables.place[s.OBJ_V : s.OBJ_OMEGA + 3, :count, lane]
         return self.drive[0, :, lane].copy(), own.T.copy()
 
-    def reset(self, lane: int, scene: Scene) -> None:
-        """Begin another scene in one lane; its neighbours go on as if nothing had been."""
-        scene.timed_contact.check_timestep(self.timestep)
-        others = [k for k in range(len(self.scenes)) if k != lane]
-        kept = [self.save(k) for k in others]
-        self.scenes[lane] = scene
-        self.tables = _make_tables(self.scenes)
-        for k, saved in zip(others, kept, strict=True):
-            self.load(k, saved)
-        self.drive[0, :, lane] = scene.base_velocity
-        self._settle()
+    def _refill(self, lane: int, scene: Scene) -> bool:
+        return False
 
 
 def _make_tables(scenes: Sequence[Scene]) -> _SpaceTables:

@@ -1,4 +1,4 @@
-"""Readers of spikes: the ideal observer against brute force, codes, deadlines."""
+"""Classifiers of spikes: the ideal observer against brute force, codes, deadlines."""
 
 import warnings
 from itertools import product
@@ -9,9 +9,9 @@ import xarray as xr
 from scipy.stats import poisson
 from sklearn.base import clone
 
-from feeler.decoding import measure_reader
+from feeler.decoding import measure_classifier
 from feeler.errors import InvalidInput
-from feeler.spikes import SPIKE_CODES, PoissonReader, SpikeReader
+from feeler.spikes import SPIKE_CODES, PoissonObserver, SpikeClassifier
 
 
 def make_rates(seed=0):
@@ -23,50 +23,24 @@ def make_rates(seed=0):
 
 def test_the_ideal_observer_is_bayes_rule():
     rates, labels = make_rates()
-    reader = PoissonReader(step=2.0).fit(rates, labels)
+    classifier = PoissonObserver(step=2.0).fit(rates, labels)
     counts = np.random.default_rng(1).poisson(rates[[0, 1, 2, 3, 3]] * 2e-3)
     chance = np.stack(
         [poisson.pmf(counts, one * 2e-3).prod(axis=(1, 2)) for one in rates], axis=1
     )
     by_class = np.stack([chance[:, [1, 3]].sum(axis=1), chance[:, 0], chance[:, 2]], axis=1)
     np.testing.assert_allclose(
-        reader.predict_proba(counts), by_class / by_class.sum(axis=1, keepdims=True), rtol=1e-10
+        classifier.predict_proba(counts),
+        by_class / by_class.sum(axis=1, keepdims=True),
+        rtol=1e-10,
     )
-
-
-def make_sparse(reader_is_ideal):
-    """Trains of few spikes, one without any, and what was learned; of one train alone most units
-    are silent most of the time.
-    """
-    rng = np.random.default_rng(3)
-    rates = rng.gamma(1.0, 20.0, (3, 1, 1)) * np.exp(-np.arange(40.0) / 15)
-    rates = np.concatenate([rates, rates[::-1, :, ::-1]], axis=1)
-    labels = np.repeat(list("abc"), 12)
-    drawn = rng.poisson(np.repeat(rates, 12, axis=0) * 1e-3 * 5)
-    met = np.concatenate([rng.poisson(rates * 5e-3), np.zeros((1, 2, 40), dtype=int)])
-    return (rates, list("abc"), met) if reader_is_ideal else (drawn, labels, met)
-
-
-@pytest.mark.parametrize("name", ["ideal", "ideal, floor", *SPIKE_CODES])
-def test_a_train_alone_is_read_as_among_others(name):
-    known, labels, met = make_sparse(name.startswith("ideal"))
-    if name.startswith("ideal"):
-        reader = PoissonReader(step=5.0, floor=2.0 * name.endswith("floor"))
-    else:
-        reader = SpikeReader(name, width=3, n_components=3)
-    reader.fit(known, labels)
-    together = np.asarray(reader.predict_proba(met))
-    assert np.ptp(together, axis=0).max() > 0.01
-    for k in range(len(met)):
-        alone = np.asarray(reader.predict_proba(met[k : k + 1]))
-        np.testing.assert_allclose(alone, together[k : k + 1], rtol=1e-9, atol=1e-12)
 
 
 def test_silence_speaks_for_the_touch_of_fewer_spikes():
     """Of p(no spike | c) = exp(−Σ r_c Δt), by hand."""
     rates = np.array([[[100.0, 300.0]], [[20.0, 30.0]]])
     found = (
-        PoissonReader(step=2.0).fit(rates, ["many", "few"]).predict_proba(np.zeros((1, 1, 2)))
+        PoissonObserver(step=2.0).fit(rates, ["many", "few"]).predict_proba(np.zeros((1, 1, 2)))
     )
     expected = np.exp([-0.1, -0.8])  # sorted by label: few, many
     np.testing.assert_allclose(np.asarray(found)[0], expected / expected.sum(), rtol=1e-12)
@@ -77,24 +51,24 @@ def test_counts_in_place_of_rates_are_noticed():
     rates[1] = rates[1, :, ::-1]
     labels = np.repeat(["a", "b"], 8)
     drawn = np.random.default_rng(0).poisson(np.repeat(rates, 8, axis=0) * 1e-3) * 1e3
-    with pytest.warns(UserWarning, match="PoissonReader got several.*no ideal observer"):
-        PoissonReader().fit(drawn, labels)
+    with pytest.warns(UserWarning, match="PoissonObserver got several.*no ideal observer"):
+        PoissonObserver().fit(drawn, labels)
     places = np.array([np.roll(rates[k // 8], 3 * (k % 8), axis=1) for k in range(16)])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        PoissonReader().fit(places, labels)
-        PoissonReader().fit(np.repeat(rates, 8, axis=0), labels)
+        PoissonObserver().fit(places, labels)
+        PoissonObserver().fit(np.repeat(rates, 8, axis=0), labels)
 
 
 def test_its_accuracy_and_bits_are_those_summed_over_all_trains():
     rates = np.array([[[150.0, 400.0]], [[300.0, 100.0]], [[0.0, 250.0]]])
-    reader = PoissonReader(step=4.0).fit(rates, list("abc"))
+    classifier = PoissonObserver(step=4.0).fit(rates, list("abc"))
     trains = np.array([*product(range(16), repeat=2)])[:, None, :]
     chance = np.stack([poisson.pmf(trains, one * 4e-3).prod(axis=(1, 2)) for one in rates])
-    posterior = np.nan_to_num(np.asarray(reader.predict_proba(trains)))
+    posterior = np.nan_to_num(np.asarray(classifier.predict_proba(trains)))
     accuracy = (chance.T * (posterior == posterior.max(axis=1, keepdims=True))).sum() / 3
     drawn = np.random.default_rng(2).poisson(np.repeat(rates, 20000, axis=0) * 4e-3)
-    found, bits = measure_reader(reader, drawn, np.repeat(list("abc"), 20000))
+    found, bits = measure_classifier(classifier, drawn, np.repeat(list("abc"), 20000))
     assert found == pytest.approx(accuracy, abs=0.01)
     true = (chance.T / 3 * np.log2(np.maximum(posterior, 1e-300))).sum() + np.log2(3)
     assert bits == pytest.approx(true, abs=0.02)
@@ -105,15 +79,17 @@ def test_a_train_that_no_known_touch_can_give_has_no_answer():
     counts = np.zeros((1, 2, 3))
     counts[0, :, 0] = 1, 1
     rates[:, 1] = 0.0
-    assert np.isnan(PoissonReader().fit(rates, labels).predict_proba(counts)).all()
-    assert np.isfinite(PoissonReader(floor=1.0).fit(rates, labels).predict_proba(counts)).all()
+    assert np.isnan(PoissonObserver().fit(rates, labels).predict_proba(counts)).all()
+    assert np.isfinite(
+        PoissonObserver(floor=1.0).fit(rates, labels).predict_proba(counts)
+    ).all()
 
 
 def test_a_floor_is_a_rate_that_all_known_touches_have_besides():
     rates, labels = make_rates()
     counts = np.random.default_rng(4).poisson(rates * 4e-3)
-    lifted = PoissonReader(step=4.0, floor=70.0).fit(rates, labels)
-    by_hand = PoissonReader(step=4.0).fit(rates + 70.0, labels)
+    lifted = PoissonObserver(step=4.0, floor=70.0).fit(rates, labels)
+    by_hand = PoissonObserver(step=4.0).fit(rates + 70.0, labels)
     np.testing.assert_allclose(lifted.predict_proba(counts), by_hand.predict_proba(counts))
 
 
@@ -136,16 +112,18 @@ def make_rasters(seed, n_each=40):
 def test_every_code_tells_by_a_deadline_and_sees_nothing_beyond(code):
     lessons, taught, rates = make_rasters(0)
     met, true, _ = make_rasters(1)
-    reader = SpikeReader(code, width=3 if code == "counts" else 1).fit(lessons, taught)
-    ideal = PoissonReader().fit(rates, list("abc"))
-    assert reader.score(met, true) > 0.85
-    early = reader.score(met, true, until=20.0)
-    assert early < reader.score(met, true)
+    classifier = SpikeClassifier(code, width=3 if code == "counts" else 1).fit(lessons, taught)
+    ideal = PoissonObserver().fit(rates, list("abc"))
+    assert classifier.score(met, true) > 0.85
+    early = classifier.score(met, true, until=20.0)
+    assert early < classifier.score(met, true)
     assert early <= ideal.score(met, true, until=20.0) + 0.05
     other = met.copy()
     other[:, :, 35:] = 3
-    np.testing.assert_array_equal(*(reader.predict_proba(x, 20.0).values for x in (met, other)))
-    assert clone(reader).get_params() == reader.get_params()
+    np.testing.assert_array_equal(
+        *(classifier.predict_proba(x, 20.0).values for x in (met, other))
+    )
+    assert clone(classifier).get_params() == classifier.get_params()
 
 
 @pytest.mark.parametrize(
@@ -170,12 +148,12 @@ def test_codes_are_what_they_say(code, width, expected):
 
 def test_what_cannot_be_learned_is_refused():
     with pytest.raises(InvalidInput, match="same code 'counts', as where no unit fires"):
-        SpikeReader().fit(np.zeros((6, 2, 30)), list("aabbcc"))
+        SpikeClassifier().fit(np.zeros((6, 2, 30)), list("aabbcc"))
     with pytest.raises(InvalidInput, match="must be ≥ 0"):
-        PoissonReader().fit(-make_rates()[0], list("abcd"))
+        PoissonObserver().fit(-make_rates()[0], list("abcd"))
     with pytest.raises(InvalidInput, match="unknown code of spikes 'phase'; valid: counts"):
-        SpikeReader("phase").fit(*make_rasters(0)[:2])
+        SpikeClassifier("phase").fit(*make_rasters(0)[:2])
     with pytest.raises(InvalidInput, match="4 tensors but 2 labels"):
-        PoissonReader().fit(make_rates()[0], list("ab"))
+        PoissonObserver().fit(make_rates()[0], list("ab"))
     with pytest.raises(InvalidInput, match="step must be > 0"):
-        PoissonReader(step=0).fit(*make_rates())
+        PoissonObserver(step=0).fit(*make_rates())
