@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 
 from benchmarks.kept import write_kept
-from feeler.active import make_learned
+from feeler.active import TouchTask, make_learned, parse_policy
 from feeler.active.contests import (
     Contest,
     confirm_steering,
@@ -229,7 +229,6 @@ def speed() -> None:
     """Steps of 64 environments with other speeds at every step, by wall clock and by processor, for
     one and two threads.
     """
-    from feeler.active import TouchTask
     from feeler.active.environment import TouchVectorEnv
 
     task, rng, n, steps = TouchTask(), np.random.default_rng(0), 64, 600
@@ -324,7 +323,6 @@ def judge() -> None:
     """The learned policies under the exact observer, on the sets that policies are judged on; and
     practice against it.
     """
-    from feeler.active import parse_policy
     from feeler.active.policies import find_weights
     from studies.active.learning import Practice, practise
 

@@ -20,8 +20,9 @@ from feeler.decoding import (
     make_lda,
     make_null,
     make_svm,
+    sweeps,
 )
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, OutOfMemory
 from feeler.objects.shapes import Ball
 from feeler.objects.trials import Trial
 
@@ -41,6 +42,14 @@ def test_distinct_codes_are_told_apart_without_noise(estimator):
         make_bumps(), list("abcdef"), ratios=(0.0,), estimator=estimator, **FEW
     )
     assert (sweep.noisy == 1).all() and (sweep.clean == 1).all()
+
+
+def test_copies_that_do_not_fit_into_memory_are_refused_before_they_are_drawn(monkeypatch):
+    monkeypatch.setattr(sweeps, "find_free_memory", lambda: 16 * 2 * 6 * 4 * 300 - 1)
+    how = {"ratios": (0.1,), "estimator": make_lda(12), **FEW}
+    with pytest.raises(OutOfMemory, match=r"48 noisy copies need .* GiB.*noise='common'"):
+        compute_sweep(make_bumps(), list("abcdef"), **how)
+    compute_sweep(make_bumps(), list("abcdef"), noise="common", **how)
 
 
 def test_accuracy_falls_to_chance_as_noise_grows():

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Commands, list_examples
+from feeler.cli.options import Commands, list_examples, report_interrupt
 
 app = Commands(
     help="Enter a public task: families of unknown objects.",
@@ -45,7 +45,6 @@ def make_touches(
     Ctrl-C loses nothing: the same command goes on from what is there.
     """
     from feeler.challenge import N_TOUCHES, make
-    from feeler.cli.options import report_interrupt
     from feeler.progress import ProgressBar
 
     with (

@@ -181,16 +181,13 @@ class _Watch:
         self.samples, self._began, self._span = 0, time.monotonic(), 0.0
         self._first: float | None = None
 
-    def __iter__(self) -> "_Watch":
-        return self
-
-    def __next__(self) -> tuple[float | None, np.ndarray]:
-        at, values = next(self._from)
-        at_here = 1e3 * (time.monotonic() - self._began) if at is None else at
-        self._first = at_here if self._first is None else self._first
-        self._span = max(self._span, at_here - self._first)
-        self.samples += 1
-        return at, values
+    def __iter__(self) -> Iterator[tuple[float | None, np.ndarray]]:
+        for at, values in self._from:
+            at_here = 1e3 * (time.monotonic() - self._began) if at is None else at
+            self._first = at_here if self._first is None else self._first
+            self._span = max(self._span, at_here - self._first)
+            self.samples += 1
+            yield at, values
 
     @property
     def rate(self) -> float:

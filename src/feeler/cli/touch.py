@@ -24,7 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import EngineName, Json, say_json
+from feeler.cli.options import EngineName, Json, report_interrupt, say_adapted, say_json
 
 _MANY = "; repeat it with --store"
 _VECTOR = ("tensor.svg", "tensor.pdf")
@@ -175,7 +175,6 @@ def touch(said: _TouchOptions) -> None:
 def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
-    from feeler.cli.options import report_interrupt
     from feeler.experiments.tactile import touch as simulate
     from feeler.progress import ProgressBar
 
@@ -206,7 +205,6 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
 
 def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and page, and what else was asked for."""
-    from feeler.cli.options import say_adapted
     from feeler.experiments.tactile import touch as simulate
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save

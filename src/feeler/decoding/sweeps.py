@@ -23,7 +23,8 @@ from feeler.decoding.classifiers import (
     read_labels,
     share_kept,
 )
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, OutOfMemory
+from feeler.execute.processes import find_free_memory
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
 from feeler.objects.noise import NOISES, Noise, parse_noise
 from feeler.objects.task import Nuisances
@@ -38,6 +39,7 @@ from feeler.validation import Seed, checked
 _PARALLEL = 1e-10  # relative length below which a vector holds nothing new
 _MORE = 256  # products for which memory is taken at once
 _UNSEEN_TOL = 1e-6  # of the components of copies that are not drawn
+_COPY = 16  # bytes for each number of a copy: as drawn, added to the tensor, centred
 _MOST_COPIES = 2000  # to learn, that are drawn: beyond, their Gram matrix costs more
 
 
@@ -526,6 +528,13 @@ class _Copies:
             return
         rng, clean = np.random.default_rng(seed), self._clean
         lengths = [self._n_copies * len(one) for one in clean]
+        bytes_needed = _COPY * sum(lengths) * clean[0][0].size
+        if bytes_needed > find_free_memory():
+            raise OutOfMemory(
+                f"{sum(lengths):,} noisy copies need {bytes_needed / 2**30:.3g} GiB, which is more"
+                " than there is. Noise that is equally strong over each touch (noise='common') is"
+                " not drawn whole; or give fewer touches or n_copies."
+            )
         if self._rotate:
             rank, n_entries = clean[0].shape[1], self._given[0][0].size
             drawn = draw_rotated(rank, n_entries, sum(lengths), rng, lengths[0])

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -105,7 +106,7 @@ class ProcessExecutor(AbstractContextManager):
                 f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}."
             )
         self.memory_limit = memory_limit or int(
-            _MEMORY_SHARE * _find_free_memory() / self.workers
+            _MEMORY_SHARE * find_free_memory() / self.workers
         )
         self._pool: ProcessPool | None = None
         self._tasks: set[Future] = set()
@@ -353,12 +354,13 @@ def _die_with_parent() -> None:
     os._exit(1)
 
 
-def _find_free_memory() -> int:
+def find_free_memory() -> int:
     """Bytes that can still be taken: what the system calls available, or what the control group
     leaves, if less.
     """
-    free = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    free = sys.maxsize
     try:
+        free = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(
             int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")
@@ -368,6 +370,6 @@ def _find_free_memory() -> int:
             free = min(
                 free, int(limit) - int(Path("/sys/fs/cgroup/memory.current").read_text())
             )
-    except (OSError, ValueError, StopIteration):
+    except (AttributeError, OSError, ValueError, StopIteration):
         pass
     return max(free, 2**28)

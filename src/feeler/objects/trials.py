@@ -12,7 +12,7 @@ import numpy as np
 
 from feeler.antenna.segments import Antenna, to_matrix
 from feeler.errors import InvalidInput
-from feeler.objects.distance import compute_clearance
+from feeler.objects.distance import compute_clearance, find_touching
 from feeler.objects.meshes import _compute_gap_in_space, _place_in_space
 from feeler.objects.motion import BaseMotion, read_base
 from feeler.objects.shapes import Ball, Box, Feature, Triangle, trace_rim
@@ -188,8 +188,6 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
         The feature is bigger than the antenna, misses it, would touch another part of it first, or
         starts in contact.
     """
-    from feeler.objects.distance import find_touching  # numba is slow to load
-
     size = trial.feature.size
     if not trial.feature.wide and 2 * size > antenna.length:
         raise InvalidInput(

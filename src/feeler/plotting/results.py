@@ -349,12 +349,16 @@ def plot_shapes(
     ax.plot(*np.array(dots).T, "o", color=PALETTE[2], ms=2)
     first = next(iter(rows.values()))
     columns = cell[0] * np.arange(len(first.wall))
-    ax.set(xticks=columns + 0.4 * cell[0], xticklabels=[f"{abs(x):.3g}" for x in first.wall])
-    ax.set_xlabel("wall distance [mm]")
     ax.set(
-        yticks=-cell[1] * np.arange(len(rows)) + 10.0, yticklabels=list(rows), aspect="equal"
+        xticks=columns + 0.4 * cell[0],
+        xticklabels=[f"{abs(x):.3g}" for x in first.wall],
+        xlabel="wall distance [mm]",
+        yticks=-cell[1] * np.arange(len(rows)) + 10.0,
+        yticklabels=list(rows),
+        aspect="equal",
+        xlim=(-8, columns[-1] + cell[0]),
+        ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0),
     )
-    ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
     ax.tick_params(length=0)
     ax.spines[["left", "bottom"]].set_visible(False)
     marks = [

@@ -25,6 +25,7 @@ from feeler.robot.classify import (
     draw_training_set,
     judge_recording,
     make_classifier,
+    name_touch,
 )
 from feeler.robot.description import RobotFile, make_robot
 from feeler.robot.live import _LiveTouch
@@ -271,8 +272,6 @@ class RobotDecoder:
 
     def list_confused(self, most: int = 3) -> list[str]:
         """The pairs of touches that were most often taken for each other, in words."""
-        from feeler.robot.classify import name_touch
-
         off = self.classifier.confusion_.copy()
         np.fill_diagonal(off, 0)
         share = off / np.maximum(self.classifier.confusion_.sum(axis=1, keepdims=True), 1)

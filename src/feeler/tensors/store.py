@@ -620,10 +620,6 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
                 item.encoding["dtype"] = np.dtypes.StringDType()  # what Zarr v3 defines
             elif item.ndim > 1 and name in root and item.dims[0] == "trial":
                 item.encoding |= {key: getattr(root[name], key) for key in ("chunks", "shards")}
-                whole = dict(
-                    zip(item.dims, root[name].shards or root[name].chunks, strict=True)
-                )
-                item.encoding["preferred_chunks"] = whole
         return _list_made(dataset, made)
 
 
