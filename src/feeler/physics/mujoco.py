@@ -77,9 +77,8 @@ class _MujocoStepper(Stepper):
             warm,
         )
 
-    @np.errstate(over="ignore", invalid="ignore")  # what diverges is named by who asks for it
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
-        """Take steps; ``drives`` (step, 3) replace the commanded base velocity."""
+        """Take steps; ``drives`` (step, 3; in space 6) replace the commanded base velocity."""
         with np.errstate(all="ignore"):  # what has diverged says so by its numbers
             for k in range(n_steps):
                 self.drive = drives[0][k] if drives else self.drive
@@ -342,14 +341,7 @@ class _SpaceMujocoStepper(_MujocoStepper):
             at = 0 if k == 0 else self._v.stop + 6 * (k - 1)
             self.data.qvel[at : at + 6] = [*rate[:3], *(self._rotate(k).T @ rate[3:])]
 
-    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
-        """Take steps; ``drives`` (step, 6) replace the commanded base velocity."""
-        with np.errstate(all="ignore"):  # what has diverged says so by its numbers
-            for k in range(n_steps):
-                self._advance(drives[0][k] if drives else self.drive)
-        return bool(self.find_broken()[0])
-
-    def _advance(self, drive: np.ndarray) -> None:
+    def _step(self, drive: np.ndarray, told: bool) -> None:
         model, data, h = self.model, self.data, self.timestep
         before = self._base_rate()
         change = (drive - before) / h
