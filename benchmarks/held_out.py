@@ -4,13 +4,14 @@
 
 feeler, torchnmf and seqnmf (its port to Python) are each run as their own examples run them, with
 the number and the length of sequences given: feeler's and seqnmf's defaults; torchnmf's
-``NMFD.fit`` by squared error. Each is fitted to half of the trials, with three seeds. Then its
+``NMFD.fit`` by squared error. Each is fitted to half of the trials, with two seeds. Then its
 bases are fixed, and one solver, the same for all, finds activations ≥ 0 of the other half: what is
 left of those is the held-out loss, beside that of the planted bases. A sequence counts as found at
 a likeness (cosine over the best shift, ``match_components``) of 0.97 or more. Sets and seeds were
-written down before any was run: planted.KINDS at seed 21, with their own noise and with noise of
-0.1, and sequences of cells. feeler with its sparseness chosen by held-out entries, as its guide
-advises, was added when the defaults had found none of one set.
+written down before any was run: planted.KINDS at seed 21 and sequences of cells. (Noise of 0.1 and
+a third seed were declared too, and left out before they were run: two hours of one core.) feeler
+with its sparseness chosen by held-out entries, as its guide advises, was added when the defaults
+had found none of one set.
 """
 
 import json
@@ -25,7 +26,7 @@ from planted import KINDS, N_COMPONENTS, N_LAGS, plant
 
 from feeler.encoding import ConvolutiveNMF, match_components, reconstruct, select_encoder
 
-SEEDS, SET_SEED = (0, 1, 2), 21
+SEEDS, SET_SEED = (0, 1), 21
 FOUND = 0.97
 N_CELLS = 30
 
@@ -52,8 +53,6 @@ def list_sets() -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     for kind in KINDS:
         tensors, bases, _ = plant(kind, SET_SEED)
         yield kind, tensors, bases
-        noise = 0.1 * np.random.default_rng(SET_SEED).standard_normal(tensors.shape)
-        yield f"{kind}, noise 0.1", np.maximum(tensors + noise, 0), bases
     yield "cells", *plant_cells(SET_SEED)
 
 
