@@ -458,9 +458,8 @@ _NEVER = (
 # times as much
 _DRIFT = 5.0
 _FINEST, _COARSEST = 1e-6, 0.5  # what may be asked for
-# Of the estimate [C], by random touches held against a tenth of their timestep:
-_CLEAR = 0.03  # what doubling the timestep may change of the peak before halving it is tried
-_BEYOND = 10.0  # ms after the sample that doubling changes most, up to which it is
+# Of the estimate [C], by 1,500 random touches held against a tenth of their timestep:
+_CLEAR = 0.015  # what doubling the timestep may change of the peak before halving it is tried
 _MARGIN = 3.0  # times that what halving the timestep changes counts: twice, were it smooth
 _AFTER = 30.0  # ms after the last contact in which runs may still part
 
@@ -484,23 +483,20 @@ def run_with_error(
     that changes of the hinge angles at most, over the peak, is the error where it is below
     ``_CLEAR``: the engines are of first order, so that the finer run errs by as much. Where it is
     more, twice the timestep may only be too coarse itself. Those scenes are run with half of it,
-    until ``_BEYOND`` ms after the sample that was changed most, and what that changes counts
-    ``_MARGIN`` times. So it does for all where the contact allows no coarser timestep.
+    and what that changes counts ``_MARGIN`` times. So it does for all where the contact allows no
+    coarser timestep.
     """
     stop = stop or Event()
     results = _run_all(scenes, clock, engine, stop)
     errors: dict[int, float] = {}
     todo = {i: result for i, result in enumerate(results) if isinstance(result, Motion)}
-    ends = {i: _find_end(scenes[i], motion, clock) for i, motion in todo.items()}
-    beyond = 1 + int(np.ceil(_BEYOND / clock.sample_interval))
     for factor, most, margin in ((2.0, _CLEAR, 1.0), (0.5, np.inf, _MARGIN)):
-        shortest = min((scene.contact.solref[0] for scene in scenes), default=np.inf)
+        shortest = min(scene.contact.solref[0] for scene in scenes)
         if not todo or (factor > 1 and factor * clock.timestep > shortest / 2 * (1 + 1e-9)):
             continue
-        found = _compare(scenes, todo, ends, clock, factor, engine, stop)
-        errors |= {i: margin * gap for i, (gap, _) in found.items()}
-        todo = {i: todo[i] for i, (gap, _) in found.items() if not gap <= most}
-        ends = {i: min(ends[i], found[i][1] + beyond) for i in todo}
+        gaps = _compare(scenes, todo, clock, factor, engine, stop)
+        errors |= {i: margin * gap for i, gap in gaps.items()}
+        todo = {i: todo[i] for i, gap in gaps.items() if not gap <= most}
     return [
         replace(result, error=errors[i]) if isinstance(result, Motion) else result
         for i, result in enumerate(results)
@@ -510,16 +506,14 @@ def run_with_error(
 def _compare(
     scenes: Sequence[Scene],
     motions: Mapping[int, Motion],
-    ends: Mapping[int, int],
     clock: Clock,
     factor: float,
     engine: str,
     stop: Event,
-) -> dict[int, tuple[float, int]]:
-    """What ``factor`` times the timestep changes of each motion at most before its end, over its
-    peak, and at which sample.
-    """
+) -> dict[int, float]:
+    """What ``factor`` times the timestep changes of each motion at most, over its peak."""
     every = 2 if factor > 1 and clock.steps_per_sample % 2 else 1
+    ends = {i: _find_end(scenes[i], motion, clock) for i, motion in motions.items()}
     names, gaps = [*motions], {}
     for lanes in make_groups([scenes[i] for i in names], get_engine(engine)):
         group = [names[lane] for lane in lanes]
@@ -530,7 +524,7 @@ def _compare(
         )
         found = run_group([scenes[i] for i in group], other, engine, stop)
         for i, result in zip(group, found, strict=True):
-            gaps[i] = _measure_gap(motions[i], result, ends[i], every)
+            gaps[i] = _measure_gap(motions[i], result, slice(None, ends[i], every))
     return gaps
 
 
@@ -543,13 +537,13 @@ def _find_end(scene: Scene, motion: Motion, clock: Clock) -> int:
     return min(clock.n_samples, int(touching[-1]) + 1 + rest)
 
 
-def _measure_gap(motion: Motion, other: Result, end: int, every: int) -> tuple[float, int]:
+def _measure_gap(motion: Motion, other: Result, samples: slice) -> float:
     if not isinstance(other, Motion):
-        return float("inf"), end
-    own = motion.angle[:end:every]
-    gaps = np.abs(other.angle[: len(own)] - own).reshape(len(own), -1).max(axis=1)
-    at, peak = int(gaps.argmax()), float(np.abs(motion.angle - motion.angle[0]).max())
-    return float(gaps[at]) / peak if gaps[at] > 0 else 0.0, at * every
+        return float("inf")
+    own = motion.angle[samples]
+    gap = float(np.abs(other.angle[: len(own)] - own).max())
+    peak = float(np.abs(motion.angle - motion.angle[0]).max())
+    return gap / peak if gap > 0 else 0.0
 
 
 def run_accurately(
