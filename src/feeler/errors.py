@@ -158,7 +158,8 @@ def say_warnings(
 
     def say(message, category, filename, lineno, file=None, line=None) -> None:
         plain = bool({base.__name__ for base in category.__mro__} & {*_PLAIN})
-        ours = plain or _name_library(filename) == "feeler"
+        renamed = issubclass(category, FutureWarning) and _name_library(filename) == "feeler"
+        ours = plain or renamed
         if not ours and sys.warnoptions:
             show(message, category, filename, lineno, file, line)
             return
