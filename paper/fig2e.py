@@ -234,9 +234,9 @@ def plot_stimuli(antenna: Antenna, figure: Figure) -> None:
     left.set(
         xlabel="x [mm]",
         ylabel="y [mm]",
-        xlim=(-8, 8),
+        xlim=(-16, 16),
         aspect="equal",
-        title="contact locations",
+        title="locations",
     )
     for i, feature in enumerate(make_features()):
         right.add_patch(make_patch(feature, np.array([8.0 * i, 0.0]), np.array([1.0, 0.0])))
@@ -262,7 +262,7 @@ def _show_stimuli(context: Context, section: Section) -> None:
     slow = select_speed(load_tensors(context, next(iter(context.profiles))), SPEEDS["slow"])
     section.figure(
         "fig2d_stimuli",
-        "What touches, and where. (Fig. 2D)",
+        "What touches, and the locations of contact. (Fig. 2D)",
         lambda figure: plot_stimuli(context.antenna, figure),
         height=1.9,
         numbers={name: slow[name] for name in ("feature", "size", "location")},
