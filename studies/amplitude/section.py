@@ -134,7 +134,7 @@ def plot(values: Mapping[str, Any], figure: Figure) -> None:
         if not column:
             ax.set_ylabel(f"{_TITLES[classifier]}\ngain [points]")
     handles = [
-        Line2D([], [], color=colour, marker="o", ls="", label=f"uniform, {words}")
+        Line2D([], [], color=colour, marker="o", ls="", label=f"{words} (uniform)")
         for colour, words in zip(PALETTE, CONTROLS.values(), strict=False)
     ]
     handles += [
