@@ -68,7 +68,9 @@ def fit_chosen(tensors: np.ndarray, seed: int) -> np.ndarray:
         tensors,
         n_components=N_COMPONENTS,
         n_lags=N_LAGS,
-        sparseness=(0.7, 0.8, 0.9, 0.95),
+        sparseness=(0.8, 0.9, 0.95),
+        n_masks=1,
+        refine=0,
         random_state=seed,
         n_jobs=1,
     )

@@ -48,7 +48,7 @@ def test_a_function_of_a_file_gives_a_classifier_and_its_text_is_its_identity(ow
 
 def test_tradeoff_asks_it(own, tmp_path):
     words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--classifier", f"{own}:make", "--json"]
-    words += ["--out", tmp_path / "out", "--workers", 1]
+    words += ["--out", tmp_path / "out", "--objects", "ball:radius=1.5"]
     done = CliRunner().invoke(app, [str(word) for word in words])
     assert done.exit_code == 0, done.output
     assert f"{own}:make" in done.stdout
