@@ -20,7 +20,7 @@ from feeler.antenna.animals import (
 )
 from feeler.antenna.files import AntennaFile
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, suggest
 from feeler.objects.trials import trials as paper_trials
 from feeler.renamed import rename_antenna
 from feeler.validation import checked
@@ -46,7 +46,9 @@ PRESETS: dict[str, Callable[[], Antenna]] = {
 def make_preset(name: str) -> Antenna:
     """The preset called ``name``; the error lists the valid names."""
     if (name := rename_antenna(name)) not in PRESETS:
-        raise InvalidInput(f"unknown preset {name!r}; valid: {', '.join(PRESETS)}.")
+        raise InvalidInput(
+            f"unknown preset {name!r}; valid: {', '.join(PRESETS)}.{suggest(name, PRESETS)}"
+        )
     return PRESETS[name]()
 
 

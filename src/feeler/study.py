@@ -240,11 +240,11 @@ class Study(Record):
                 told.append(self._ask_ideal(angle, windows, first, number))
                 continue
             if known is None:
-                lessons, taught = self.task.draw(
+                training, training_labels = self.task.draw(
                     antenna, "train", set=number, speed=speed, each=self.train
                 )
-                again = self.touch(antenna, lessons, ("angle",), **options)
-                known = _read_angle(again), taught
+                again = self.touch(antenna, training, ("angle",), **options)
+                known = _read_angle(again), training_labels
             told.append(self._ask(name, known, (angle, labels), windows, number))
         values = np.array(told)  # (classifier, level, window, field)
         return {
@@ -312,15 +312,17 @@ class Study(Record):
         found = np.empty((len(self.noises), len(windows), 2))
         rng = np.random.default_rng([self.seed, number])
         for row, noise in zip(found, self.noises.values(), strict=True):
-            lessons, met = (
+            training, met = (
                 noise.add(tensors, rng, self.draws) for tensors, _ in (known, asked)
             )
-            taught, true = (np.tile(labels, self.draws) for _, labels in (known, asked))
+            training_labels, true = (
+                np.tile(labels, self.draws) for _, labels in (known, asked)
+            )
             for k, samples in enumerate(windows):
                 classifier = CLASSIFIERS[name]()
                 if "noise" in classifier.get_params():
                     classifier = classifier.set_params(noise=noise)
-                classifier.fit(lessons[:, :, samples], taught)
+                classifier.fit(training[:, :, samples], training_labels)
                 row[k] = measure_classifier(classifier, met[:, :, samples], true)
         return found
 

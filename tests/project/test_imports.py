@@ -63,20 +63,6 @@ def test_no_module_but_the_command_reproduce_reaches_for_the_paper_or_a_study():
     assert users == {"cli/reproduce.py"}
 
 
-def test_the_text_of_a_warning_is_the_same_each_time():
-    """Else Python cannot show it once a place; numbers stand in its details."""
-    numbers = set()
-    for path in FILES:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
-                ("warnings.warn", "Warning")
-            ):
-                specs = [n for n in ast.walk(node.args[0]) if isinstance(n, ast.FormattedValue)]
-                if not isinstance(node.args[0], ast.Call):
-                    numbers |= {(path.name, node.lineno) for one in specs if one.format_spec}
-    assert numbers == set()
-
-
 BEFORE_USE = (
     ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),

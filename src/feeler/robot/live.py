@@ -169,7 +169,7 @@ class _LiveTouch:
             angle[self._gone] = np.nan
         state = self.stream.update(angle, time)
         self.kept.append((time, angle, state))
-        if state.since_contact < 0 and len(self.kept) > _KEPT:
+        while state.since_contact < 0 and len(self.kept) > _KEPT:
             self.kept.popleft()
         if state.since_contact >= self._due:
             self._due = state.since_contact + _EVERY
