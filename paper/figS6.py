@@ -1,6 +1,7 @@
 """Fig. S6: dispersion by contact speed and by stiffness profile, of codes and tensors."""
 
 from types import SimpleNamespace
+from typing import Any
 
 from matplotlib.figure import Figure, SubFigure
 
@@ -28,6 +29,10 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
                 ax.set_ylim(bottom=max(ax.get_ylim()[0], _LEAST * ax.get_ylim()[1]))
         column[0].set_title({"joint": "activations", "raw": "tensors"}[kind])
     mark_panels(axes[0, :: len(MAIN)])
+    named: dict[str, Any] = {}
+    for ax in axes[0]:
+        named |= dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=len(named))
     for index, ax in zip(INDICES, axes[:, 0], strict=True):
         ax.set_ylabel(INDICES[index].label)
 

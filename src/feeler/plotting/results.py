@@ -239,8 +239,6 @@ def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
     ax.set_xticks(
         range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7
     )
-    for label, name in zip(ax.get_xticklabels(), names, strict=False):
-        label.set_color(colours[name])
     ax.tick_params(axis="y", labelsize=7)
 
 
