@@ -16,7 +16,8 @@ $(BIN)/.core: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit("feeler needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@echo "setting up $(VENV) (once, a minute or two)"
-	@$(PIP) -e '.[all]'
+	@# uv installs side by side and costs a third of pip's time; pip where it cannot
+	@{ $(PIP) uv && VIRTUAL_ENV=$(VENV) $(BIN)/uv pip install --quiet -c constraints.txt -e '.[all]'; } || $(PIP) -e '.[all]'
 	@touch $@
 
 $(BIN)/.test: $(BIN)/.core
