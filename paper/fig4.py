@@ -20,6 +20,7 @@ from feeler.encoding import (
     compute_basis_similarity,
     compute_entropies,
     compute_mass_entropy,
+    compute_stability,
     hoyer_sparseness,
     locate_components,
     map_locations,
@@ -92,10 +93,10 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
-        ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
-        restart); ``stability`` and ``stability_in_place``, how alike the restarts' bases are with
-        and without shifts, (rank,); ``encoders``.
+        By rank (``ranks``), of the restarts that every rank finished: ``residual`` ‖V − V̂‖/‖V‖,
+        (rank, restart), best first; ``entropy`` of the activations [bits], by definition
+        (``ENTROPIES``): (rank, restart); ``stability``, how alike their bases are up to shifts,
+        (rank,). ``encoders`` by rank.
         ``starts``: the bases of every start (:func:`.compute_map`); ``ranked``: how they
         change with their number (:func:`.compare_ranks`), or None.
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
@@ -105,9 +106,13 @@ def compute(
         Hoyer sparseness of the tensors, each as one vector.
     """
     data = prepare(tensors, quantity)
-    ranks = effort.ranks
+    ranks, done = effort.ranks, effort.finished
     encoders = {
-        m: effort.make_encoder(n_components=m, random_state=random_state).fit(data)
+        m: effort.make_encoder(
+            n_components=m,
+            n_finished=None if m == MAIN_RANK else done,
+            random_state=random_state,
+        ).fit(data)
         for m in ranks
     }
     main = encoders[MAIN_RANK if MAIN_RANK in encoders else ranks[0]]
@@ -122,22 +127,23 @@ def compute(
     size = np.linalg.norm(data)
     return SimpleNamespace(
         ranks=tuple(ranks),
-        residual=np.stack([encoder.restarts_ for encoder in encoders.values()]),
+        residual=np.stack([encoder.restarts_[:done] for encoder in encoders.values()]),
         entropy={
             definition: np.array(
                 [
-                    [measure(found) for found in encoder.restart_activations_]
+                    [measure(found) for found in encoder.restart_activations_[:done]]
                     for encoder in encoders.values()
                 ]
             )
             for definition, measure in ENTROPIES.items()
         },
-        stability=np.array([encoder.stability_ for encoder in encoders.values()]),
-        stability_in_place=np.array([e.stability_in_place_ for e in encoders.values()]),
+        stability=np.array(
+            [compute_stability(list(e.restart_components_[:done])) for e in encoders.values()]
+        ),
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
         starts=compute_map(main, data, locations),
-        ranked=compare_ranks(encoders, MAIN_RANK) if max(ranks) > MAIN_RANK else None,
+        ranked=compare_ranks(encoders, MAIN_RANK, done) if max(ranks) > MAIN_RANK else None,
         mapping={code: map_locations(codes[code], locations, places) for code in codes},
         residual_by_code={
             code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
@@ -256,7 +262,14 @@ def show(context: Context, section: Section) -> None:
     _show_ranks(section, data)
     _show_codes(section, data)
     section.text(
-        f"Effort at this scale: {effort.restarts} random starts by rank, {effort.side_restarts} by"
+        f"Effort at this scale: {effort.restarts} random starts by rank"
+        + (
+            f" (of M ≠ {MAIN_RANK} the best {effort.finished} after a third of the iterations go"
+            " on)"
+            if effort.finished
+            else ""
+        )
+        + f", {effort.side_restarts} by"
         f" duration, {effort.plan.n_restarts} by profile, at most {effort.max_iter} iterations,"
         f" stopping when one gains less than {effort.tol:g}."
     )
@@ -271,8 +284,8 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
     section.figure(
         "fig4_encoding",
         "Left: residual and activation entropy (mean of rows; the table has three other"
-        " definitions) against the number of bases; bars span the restarts, where there are"
-        " several. Below: the bases of each fit, base to tip upwards, 40 ms across."
+        " definitions) against the number of bases; bars span the finished starts, where there"
+        " are several. Below: the bases of each fit, base to tip upwards, 40 ms across."
         " Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
         lambda figure: plot(main, figure),
         height=7.0,
@@ -391,15 +404,16 @@ def measure_margin(share: np.ndarray) -> float:
 
 
 def compare_ranks(
-    encoders: Mapping[int, ConvolutiveNMF], main: int
+    encoders: Mapping[int, ConvolutiveNMF], main: int, done: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """How alike the bases stay when their number changes, and how alike different ones are.
 
     Returns
     -------
     least : np.ndarray
-        Of each start (start,) the least cosine, over shifts, between a basis of the ``main`` number
-        (its best start) and its match among those of a greater number.
+        Of each start that was finished (start,), ``done`` of them, the least cosine, over shifts,
+        between a basis of the ``main`` number (its best start) and its match among those of a
+        greater number.
     others : np.ndarray
         Of each start (start,) the greatest cosine between two different bases of the ``main``
         number.
@@ -411,7 +425,7 @@ def compare_ranks(
             match_components(known.components_, encoder.restart_components_[start])[1].min()
             for encoder in more
         )
-        for start in range(len(known.restart_components_))
+        for start in range(len(known.restart_components_[:done]))
     ]
     return np.array(least), np.array([compare_others(one) for one in known.restart_components_])
 

@@ -237,7 +237,7 @@ def _fit(
     peak: float,
 ) -> None:
     """Codes of groups from one fit of them all, and of as many identical touches of each."""
-    settings = {"n_restarts": context.effort.plan.n_restarts, "random_state": context.seed}
+    settings = {"n_restarts": context.effort.side_restarts, "random_state": context.seed}
     fresh = context.effort.make_encoder(constraint=_CONSTRAINTS[constraint])
     whole = np.concatenate([*arrays.values()]) / peak
     same = np.concatenate([make_null(array) for array in arrays.values()]) / peak
@@ -366,7 +366,8 @@ def _compute_lda(sentence: Sentence, context: Context, section: Section) -> Iter
             scalings = ("each vector", "each touch", "all touches")
             for scaling in scalings[chosen["code"] == "tensors" :]:
                 base = {"components": components, "scaling": scaling} | chosen
-                yield from _classify(context, base, real, null)
+                main = all(sentence.main.get(key) == value for key, value in base.items())
+                yield from _classify(context, base, real, null, main=main)
     if comparison == "profile":
         yield from _classify_own(context)
 
@@ -377,16 +378,21 @@ def _classify(
     real: Mapping[str, list[np.ndarray]],
     null: Mapping[str, np.ndarray],
     fitted: Callable[[Mapping[str, np.ndarray], str], np.ndarray] | None = None,
+    main: bool = False,
 ) -> Iterator[Reading]:
-    """Both tests of one pipeline: each start's accuracy, and that of identical touches."""
+    """Both tests of one pipeline: each start's accuracy, and that of identical touches; of the
+    ``main`` one with the paper's repeats.
+    """
+    plan = context.effort.plan
+    n_repeats = plan.n_repeats if main else plan.control_repeats or plan.n_repeats
     n_starts = min(len(starts) for starts in real.values())
     sets = [{name: starts[k] for name, starts in real.items()} for k in range(n_starts)]
     if chosen["components"] == "noisy copies":
         sets = sets[:1]
-    found = [_score(context, chosen, codes, fitted) for codes in sets]
+    found = [_score(context, chosen, codes, fitted, n_repeats) for codes in sets]
     alone = {name: (1 / len(code),) * 2 for name, code in null.items()}  # of one code: chance
     if chosen["code"] == "joint":
-        alone = _score(context, chosen, null, fitted)
+        alone = _score(context, chosen, null, fitted, n_repeats)
     for k, test in enumerate(("noisy copies", "clean originals")):
         values = {name: np.array([one[name][k] for one in found]) for name in real}
         spreads = {name: one if len(one) > 1 else float(one[0]) for name, one in values.items()}
@@ -398,6 +404,7 @@ def _score(
     chosen: Mapping[str, str],
     codes: Mapping[str, np.ndarray],
     fitted: Callable[[Mapping[str, np.ndarray], str], np.ndarray] | None,
+    n_repeats: int,
 ) -> dict[str, tuple[float, float]]:
     """Accuracy on noisy copies and on clean originals of every group, mean over the noise."""
     plan = context.effort.plan
@@ -417,7 +424,7 @@ def _score(
             scale_noise(code, chosen["scaling"], peak),
             ratios=ratios,
             n_copies=plan.n_copies,
-            n_repeats=plan.n_repeats,
+            n_repeats=n_repeats,
             rng=np.random.default_rng((context.seed, k)),
         )
         scores[name] = float(noisy.mean()), float(clean.mean())

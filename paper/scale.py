@@ -60,9 +60,12 @@ class Scale(Record):
         How many profiles a wall slides past at every distance; None: all.
     followers : int | None
         How many profiles a body follows a wall with; None: all.
+    finished : int | None
+        Of the restarts of other numbers of bases than three, those that go on past a third of the
+        iterations, by their loss then; None: all.
     side_restarts : int
-        Restarts of other durations (Fig. S5) and readings of the bases, for which the paper states
-        none [C].
+        Restarts of other durations (Fig. S5) and of the fits of other readings, for which the paper
+        states none [C].
     warn : bool
         Whether a fit that stops early says so; below paper scale it does so on purpose.
     sweep : Mapping[str, Any]
@@ -134,6 +137,7 @@ class Scale(Record):
     ranks: tuple[_Count, ...] = (2, 3, 4, 5)  # [P]
     durations: tuple[_Count, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
     restarts: _Count = 10  # [P] Fig. 4B
+    finished: _Count | None = None
     side_restarts: _Count = 2
     max_iter: _Count = 60
     tol: Annotated[float, Gt(0)] = 3e-4
@@ -268,16 +272,23 @@ _PUBLISHED = _PAPER.replace(
     ),
     controls=("linear", "uniform"),
     fit_starts=0,
+    error_places=5,
     refits=0,
     draws=200,
+    finished=3,
+    side_restarts=1,
     sweep={
         **_PAPER.sweep,
         "control_repeats": 3,
+        "null_restarts": 1,
+        "null_iter": 60,
         "other_copies": (),
         "before_repeats": 0,
         "twins": "ends",
     },
     network={},
+    gaps=(0.0, 0.5, 1.0, 2.0, 3.0),
+    shot_robots=5,
     **_BEYOND,
 )
 """The default: every figure of the paper with its published sample sizes. Controls of our own have

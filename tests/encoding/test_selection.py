@@ -121,7 +121,7 @@ def test_the_penalty_is_seqnmf_s_and_is_lowered_with_the_loss():
     for sparseness, steps in ((0.7, 3), (None, 1)):
         settings = Settings(sparseness=sparseness, inner_steps=steps, cross=0.002, **how)
         start = rng.random((3, 15, 12)), rng.random((1, 3, 70))
-        found = factorise(Data(tensors, 12), *start, settings)
+        (found,) = factorise(Data(tensors, 12), [start], settings)
         assert (np.diff(found.losses) <= 1e-9 * found.losses[0]).all()
         rest = tensors - reconstruct(found.components, found.activations)
         penalty = 0.002 * penalise(found.components, found.activations)

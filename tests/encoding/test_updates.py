@@ -120,9 +120,8 @@ def test_loss_never_rises_and_is_the_true_one(touches, sparseness, joint):
         tol=0,
         inner_steps=2,
     )
-    factors = factorise(
-        Data(touches, 10), rng.random((3, 14, 10)), rng.random((12, 3, 90)), settings
-    )
+    start = rng.random((3, 14, 10)), rng.random((12, 3, 90))
+    (factors,) = factorise(Data(touches, 10), [start], settings)
     assert (np.diff(factors.losses) <= 1e-12 * (touches**2).sum()).all()
     rest = touches - reconstruct(factors.components, factors.activations)
     assert factors.losses[-1] == pytest.approx(0.5 * (rest**2).sum(), rel=1e-8)

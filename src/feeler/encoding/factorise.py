@@ -1,6 +1,6 @@
 """One factorisation from one start: activations and bases in turn, until the loss stands."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, replace
@@ -290,6 +290,8 @@ class Settings:
         Steps of the activations, and then of the bases, per iteration.
     cross : float
         Weight of the cross-orthogonality.
+    n_finished : int | None
+        How many starts go on past ``halfway``, those of lowest loss; None: all.
     """
 
     n_components: int
@@ -300,6 +302,12 @@ class Settings:
     tol: float
     inner_steps: int
     cross: float = 0.0
+    n_finished: int | None = None
+
+    @property
+    def halfway(self) -> int:
+        """Iterations of every start: a third of the most, at least one [C]."""
+        return max(self.max_iter // 3, 1)
 
     @classmethod
     def of(cls, model: Any) -> "Settings":
@@ -313,6 +321,7 @@ class Settings:
             tol=model.tol,
             inner_steps=model.inner_steps or (1 if model.sparseness is None else 10),
             cross=model.cross_orthogonality,
+            n_finished=model.n_finished,
         )
 
 
@@ -357,47 +366,66 @@ class _State:
 
 def factorise(
     data: Data,
-    components: np.ndarray,
-    activations: np.ndarray,
+    starts: Iterable[tuple[np.ndarray, np.ndarray]],
     settings: Settings,
+    outer: Callable = map,
     run: Callable = map,
-    on_iteration: Callable[[int, float], None] | None = None,
-) -> Factors:
-    """Lower ½‖V − V̂‖² from one start; the algorithm is that of :class:`ConvolutiveNMF`.
+    on_iteration: Callable[[], None] | None = None,
+) -> list[Factors]:
+    """Lower ½‖V − V̂‖² from every start; the algorithm is that of :class:`ConvolutiveNMF`.
 
     Parameters
     ----------
     data : Data
         The tensors. Entries that do not count stand at their reconstruction, anew in each
         iteration.
-    components : np.ndarray
-        Starting bases (component, sensor, lag), ≥ 0.
-    activations : np.ndarray
-        Starting activations (trial, component, time), ≥ 0; the first steps make them fulfil the
-        constraint.
+    starts : iterable of tuple
+        Starting bases (component, sensor, lag) and activations (trial, component, time), ≥ 0; the
+        first steps make the activations fulfil the constraint.
     settings : Settings
         How to factorise.
-    run : Callable, default=map
-        Maps a function over blocks of trials, on one thread or several.
+    outer, run : Callable, default=map
+        Map a function over the starts, and over blocks of trials: on one thread or several.
     on_iteration : Callable, optional
-        Called with the iteration and the relative residual ‖V − V̂‖/‖V‖ after it.
+        Called after each iteration.
     """
-    begun, losses, converged = _begin(data, components, activations, settings), [], False
-    for state in _walk(data, begun, settings, run):
-        losses.append(state.loss)
-        if on_iteration is not None:
-            relative = np.sqrt(2 * state.loss / data.energy) if data.energy else 0.0
-            on_iteration(len(losses) - 1, relative)
-        if converged := _has_converged(losses, settings.tol, data.energy):
-            break
-        if len(losses) == settings.max_iter:
-            break
-    return Factors(
-        components=state.components,
-        activations=state.activations,
-        losses=np.array(losses),
-        converged=converged,
-    )
+    found = [_Fit(data, *start, settings, run, on_iteration) for start in starts]
+    few = settings.n_finished is not None and settings.n_finished < len(found)
+    first = settings.halfway if few else settings.max_iter
+    list(outer(lambda fit: fit.go_on(first), found))
+    if few:
+        best = sorted(found, key=lambda fit: fit.losses[-1])[: settings.n_finished]
+        list(outer(lambda fit: fit.go_on(settings.max_iter), best))
+    return [fit.factors for fit in found]
+
+
+class _Fit:
+    """A fit from one start, which can stop and go on."""
+
+    def __init__(self, data, components, activations, settings, run, on_iteration):
+        begun = _begin(data, components, activations, settings)
+        self._states = _walk(data, begun, settings, run)
+        self._state, self._converged, self.losses = begun, False, []
+        self._tol, self._energy, self._tell = settings.tol, data.energy, on_iteration
+
+    def go_on(self, most: int) -> None:
+        """Until it converges, or ``most`` iterations are done in all."""
+        while len(self.losses) < most and not self._converged:
+            self._state = next(self._states)
+            self.losses.append(self._state.loss)
+            if self._tell is not None:
+                self._tell()
+            self._converged = _has_converged(self.losses, self._tol, self._energy)
+
+    @property
+    def factors(self) -> Factors:
+        """What was found by now."""
+        return Factors(
+            components=self._state.components,
+            activations=self._state.activations,
+            losses=np.array(self.losses),
+            converged=self._converged,
+        )
 
 
 def _begin(data, components, activations, settings) -> _State:
