@@ -15,9 +15,8 @@ from feeler.plotting.style import PALETTE, pick_colours
 from feeler.report.page import Section
 from paper.cache import keep
 from paper.context import Context
-from paper.data import list_profiles, load_complete, load_tensors
+from paper.data import WINDOWS, complete_arrays, list_profiles, load_complete, load_tensors
 from paper.fig5_data import name_speeds, spread_accuracy
-from paper.window import WINDOWS, complete_arrays
 
 _LAYERS = (
     "input {h} × {w} × 1",
