@@ -33,7 +33,7 @@ _HOMES = {
     "load_antenna": "feeler.antenna.files",
     "release": "feeler.experiments.mechanics",
     "sample_antennas": "feeler.antenna.animals",
-    "sample_trials": "feeler.objects.sampling",
+    "sample_trials": "feeler.objects.task",
     "save": "feeler.tensors.formats",
     "save_antenna": "feeler.antenna.files",
     "touch": "feeler.experiments.tactile",

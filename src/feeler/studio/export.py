@@ -29,7 +29,6 @@ from feeler.physics.contact import get_contact
 from feeler.physics.scene import Scene
 from feeler.records import Ge
 from feeler.studio import study
-from feeler.studio.decoder import ANSWERS, NOISE
 from feeler.studio.live import LONGEST, Command, read_commands, replay
 from feeler.studio.requests import (
     PREVIEW,
@@ -43,7 +42,7 @@ from feeler.studio.requests import (
     read_number,
     simulate_pieces,
 )
-from feeler.studio.study import UNSURE, train
+from feeler.studio.study import ANSWERS, NOISE, UNSURE, train
 from feeler.validation import checked
 
 # One front end for three hosts: its modules as they are, as one module, and as one page with
