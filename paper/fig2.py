@@ -32,7 +32,7 @@ from feeler.plotting import (
 from feeler.plotting.antennas import plot_posture, plot_profiles
 from feeler.plotting.style import ANTENNA_COLOURS, PALETTE, mark_panels, set_decades
 from feeler.presets import FACTS, cockroach
-from feeler.report.page import Section
+from feeler.report import Section
 from feeler.tensors.transforms import in_unit
 from paper.cache import keep
 from paper.calibration_report import PAPER_ERROR, PAPER_P

@@ -19,7 +19,7 @@ from feeler.plotting import SLOWER, write_touches_movie
 from feeler.plotting.antennas import make_patch, plot_posture
 from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor_grid
-from feeler.report.page import Section, make_spread
+from feeler.report import Section, make_spread
 from feeler.tensors.transforms import in_unit, rectify
 from paper.context import Context
 from paper.data import (

@@ -24,8 +24,7 @@ from feeler.plotting.walls import (
     write_drives_movie,
     write_run_movie,
 )
-from feeler.report import make_spread
-from feeler.report.page import Section
+from feeler.report import Section, make_spread
 from feeler.wall import (
     DISTANCES,
     Approach,

@@ -20,7 +20,7 @@ from feeler.encoding import (
 )
 from feeler.plotting import plot_bases
 from feeler.plotting.style import mark_panels, pick_colours
-from feeler.report.page import Section
+from feeler.report import Section
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
 from paper.data import WINDOWS, complete_tensors, list_profiles, load_complete, load_tensors

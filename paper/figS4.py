@@ -12,7 +12,7 @@ from feeler.decoding import Relative, Sweep, compute_sweep, list_groups
 from feeler.decoding.network import TouchNetwork, import_torch
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import PALETTE, pick_colours
-from feeler.report.page import Section
+from feeler.report import Section
 from paper.cache import keep
 from paper.context import Context
 from paper.data import WINDOWS, complete_arrays, list_profiles, load_complete, load_tensors

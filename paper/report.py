@@ -20,7 +20,7 @@ from pypdf import PdfReader, PdfWriter
 
 from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
-from feeler.report.page import (
+from feeler.report import (
     MARKER,
     PAGES,
     Part,

@@ -9,7 +9,7 @@ from dataclasses import replace
 from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
-from feeler.report.page import Section
+from feeler.report import Section
 from paper import inputs, readings_page
 from paper.cache import SOURCES, list_sources
 from paper.context import Context

@@ -12,7 +12,7 @@ from typing import cast
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
 from feeler.provenance import compute_digest, make_key
-from feeler.report.page import MARKER, Section
+from feeler.report import MARKER, Section
 from paper import cache
 from paper.context import KEYED, Context, View
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from feeler.errors import InvalidInput
 from feeler.files import make_record
 from feeler.records import Choice, Record
-from feeler.report.page import Section
+from feeler.report import Section
 from paper.context import Context
 from paper.readings import (
     ANOTHER,

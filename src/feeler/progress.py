@@ -9,7 +9,7 @@ from multiprocessing import parent_process
 from threading import Lock, current_thread, main_thread
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
-from feeler.terminal import _get_terminal, escape
+from feeler.errors import _get_terminal, escape
 
 if TYPE_CHECKING:
     from rich.progress import Progress

@@ -10,7 +10,7 @@ from PIL import Image
 
 from feeler import provenance
 from feeler.errors import FeelerError
-from feeler.report.page import Section
+from feeler.report import Section
 from paper import cache
 from paper.cache import hold, keep, list_sources
 from paper.context import Context

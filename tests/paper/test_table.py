@@ -6,7 +6,7 @@ import xarray as xr
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
-from feeler.report.page import Section
+from feeler.report import Section
 from feeler.tensors.schema import label_units
 from paper import front
 from paper.kept import SHIPPED

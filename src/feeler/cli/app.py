@@ -10,9 +10,8 @@ import typer
 from typer.core import TyperGroup
 
 from feeler.cli.options import Commands, _add_verb, _say_in_shell, list_options
-from feeler.errors import FeelerError, lacks_memory, say_warnings
+from feeler.errors import FeelerError, escape, lacks_memory, plain_output, say_warnings
 from feeler.files import FULL
-from feeler.terminal import escape, plain_output
 
 _GROUPS = {
     "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),

@@ -16,9 +16,8 @@ from typing import Annotated, Any
 import typer
 
 from feeler.cli.options import Json, _say_in_shell, list_options, say_json
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import FeelerError, InvalidInput, escape
 from feeler.sandbox import Limits
-from feeler.terminal import escape
 
 _NEXT = {
     "tensors": "feeler convert {0} NAME.nwb writes it in another format; feeler validate {0}",

@@ -13,8 +13,8 @@ from typing import Annotated
 import typer
 
 from feeler.cli.options import Json, say
+from feeler.errors import escape
 from feeler.sandbox import Limits
-from feeler.terminal import escape
 
 
 def validate(

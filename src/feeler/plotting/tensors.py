@@ -18,8 +18,17 @@ from matplotlib.ticker import MaxNLocator
 
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial, place
-from feeler.plotting.antennas import MovingAntenna, _add_space, _SpaceScene, make_patch
-from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.antennas import (
+    FPS,
+    SLOWER,
+    MovingAntenna,
+    _add_space,
+    _SpaceScene,
+    choose_frames,
+    make_patch,
+    say_clock,
+    write_movie,
+)
 from feeler.plotting.style import BOTH_COLOURS, TENSOR_COLOURS, style
 from feeler.tensors.transforms import (
     compute_bend,

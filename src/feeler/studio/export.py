@@ -252,8 +252,13 @@ def film(shown: _PageView) -> bytes:
     from matplotlib.figure import Figure
     from matplotlib.transforms import Affine2D
 
-    from feeler.plotting.antennas import MovingAntenna, make_patch
-    from feeler.plotting.movie import choose_frames, say_clock, write_movie
+    from feeler.plotting.antennas import (
+        MovingAntenna,
+        choose_frames,
+        make_patch,
+        say_clock,
+        write_movie,
+    )
     from feeler.plotting.style import style
 
     base, place = shown.readings["base"], shown.readings["place"]

@@ -1,4 +1,4 @@
-"""What touches of one antenna at one speed teach, and a decoder that says what is felt meanwhile."""
+"""What touches of an antenna at one speed teach, and a decoder that says what is felt meanwhile."""
 
 import base64
 import json
