@@ -90,7 +90,7 @@ def plain_output(words: Sequence[str] = ()) -> Iterator[None]:
         sys.stdout, sys.stderr = streams
 
 
-def _get_terminal(stream: TextIO) -> TextIO:
+def get_terminal(stream: TextIO) -> TextIO:
     """The stream itself, for what draws on a terminal and shows no names."""
     return getattr(stream, "stream", stream) if isinstance(stream, _PlainStream) else stream
 
@@ -144,7 +144,7 @@ class SimulationDivergedError(FeelerError, RuntimeError):
         return type(self), (self.label, self.time, self.angle, self.velocity, self.advice)
 
 
-class _DetailedWarning(UserWarning):
+class DetailedWarning(UserWarning):
     """A warning whose text is the same each time, so that Python's filters show it once per place.
 
     ``details`` are the numbers and names of this time; they are printed behind the text.
@@ -158,11 +158,11 @@ class _DetailedWarning(UserWarning):
         return format(f"{self.args[0]} {self.details}".rstrip(), spec)
 
 
-class AccuracyWarning(_DetailedWarning):
+class AccuracyWarning(DetailedWarning):
     """Some touches did not reach the accuracy that was asked for; ``details`` names them."""
 
 
-class ModelValidityWarning(_DetailedWarning):
+class ModelValidityWarning(DetailedWarning):
     """A model is used outside its valid range; ``details`` say by how much."""
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from feeler.cli.options import Commands, _add_verb, _say_in_shell, list_options
+from feeler.cli.options import Commands, add_verb, list_options, say_in_shell
 from feeler.errors import FeelerError, escape, lacks_memory, plain_output, say_warnings
 from feeler.files import FULL
 
@@ -64,7 +64,7 @@ app = Commands(
     rich_markup_mode=None,
 )
 for verb in _VERBS:
-    _add_verb(app, verb)
+    add_verb(app, verb)
 
 
 def _show_version(asked: bool) -> None:
@@ -143,7 +143,7 @@ def _give_up() -> None:
 
 def _put_in_shell(words: str) -> str:
     """A message in the options of the verb that was called."""
-    return _say_in_shell(words, list_options(typer.main.get_command(app), sys.argv[1:]))
+    return say_in_shell(words, list_options(typer.main.get_command(app), sys.argv[1:]))
 
 
 def _explain(error: OSError) -> str:

@@ -31,7 +31,7 @@ from feeler.antenna.segments import Antenna, require_plane
 from feeler.compiled import compiled
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import hold_blas
-from feeler.physics.engine import _announce_compiling
+from feeler.physics.engine import announce_compiling
 
 FIRMNESS = 1e3  # [C] 1/mm²; contact stiffness over that of the node's hinge per rad
 _BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at rest
@@ -153,7 +153,7 @@ class Equilibrium:
         antenna.
         """
         before, self.heading = self.heading, self.heading if heading is None else heading
-        with _announce_compiling("wall"):
+        with announce_compiling("wall"):
             found = _relax(self._own, float(wall), self.friction, before, self.heading)
         return Rest(*found)
 

@@ -277,7 +277,7 @@ _FINENESS = 24  # points around a ball or a peg
 _VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
 
 
-class _SpaceScene:
+class SpaceScene:
     """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
@@ -329,7 +329,7 @@ class _SpaceScene:
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
 
 
-def _add_space(figure: Figure, ax: Axes) -> Any:
+def add_space(figure: Figure, ax: Axes) -> Any:
     """Axes in space in the place of flat ones."""
     place = ax.get_subplotspec()
     ax.remove()
