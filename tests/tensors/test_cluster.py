@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput, StoreError
 from feeler.execute import open_cluster
-from feeler.experiments import runner as job
+from feeler.experiments import tactile as job
 from feeler.tensors.formats import load
 
 from ._touches import run
