@@ -34,7 +34,7 @@ from feeler.analysis import compute_mse, compute_nmi, compute_pearson, compute_s
 from feeler.analysis.indices import digitise
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene, make_scene
-from feeler.physics.spec import _compile_model
+from feeler.physics.spec import compile_model
 from feeler.tensors.store import _save_store
 
 TURNS = 5
@@ -153,7 +153,7 @@ def compare_reference() -> Rows:
     """The engine ``mujoco`` over bare ``mj_step`` on the same model: what we add around it."""
     trial = feeler.Trial(feature=feeler.Ball(radius=1.53), location=0.5, speed=0.6)
     scene = make_scene(feeler.presets.cockroach(), trial)
-    model, n = _compile_model(scene, 0.02), scene.antenna.n_segments
+    model, n = compile_model(scene, 0.02), scene.antenna.n_segments
 
     def step() -> None:
         data = mj.MjData(model)
@@ -161,7 +161,7 @@ def compare_reference() -> Rows:
         mj.mj_step(model, data, nstep=round(39 / 0.02))
 
     calls = {
-        "compiling": lambda: _compile_model(scene, 0.02),
+        "compiling": lambda: compile_model(scene, 0.02),
         "ours": lambda: run_scene(scene, Clock(duration=40.0, timestep=0.02), "mujoco"),
         "bare": step,
     }

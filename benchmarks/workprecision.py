@@ -25,7 +25,7 @@ from kept import write_kept
 from feeler.objects import Trial, make_feature
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene, make_scene
-from feeler.physics.spec import _compile_model
+from feeler.physics.spec import compile_model
 from feeler.presets import cockroach
 
 DURATION, REFERENCE, RUNS = 100.0, 0.0005, 3
@@ -52,7 +52,7 @@ def run_feeler(scene: Scene, timestep: float, engine: str) -> np.ndarray:
 
 def run_mujoco(scene: Scene, timestep: float, integrator: mj.mjtIntegrator) -> np.ndarray:
     """The same from bare MuJoCo."""
-    model = _compile_model(scene, timestep)
+    model = compile_model(scene, timestep)
     default = mj.MjOption()
     default.tolerance = TOLERANCE
     model.opt.integrator, model.opt.tolerance, model.opt.iterations = (
@@ -60,7 +60,7 @@ def run_mujoco(scene: Scene, timestep: float, integrator: mj.mjtIntegrator) -> n
         default.tolerance,
         default.iterations,
     )
-    alone = _compile_model(replace(scene, objects=()), timestep)
+    alone = compile_model(replace(scene, objects=()), timestep)
     model.stat.meaninertia = (
         alone.stat.meaninertia
     )  # the solver's tolerance is a share of it: the object must not count

@@ -17,8 +17,8 @@ from paper.cache import SOURCES, list_sources
 from paper.context import Context
 from paper.inputs import read_inputs
 from paper.reproduce import STAGES, reproduce
+from paper.statements import count_verdicts, judge_statements, summarise_counts
 from paper.table import RESULTS
-from paper.verdicts import count_verdicts, judge_statements, summarise_counts
 
 
 def run(

@@ -1,6 +1,4 @@
-"""Fig. 1A–B as numbers: sensor spacing, sampling rate and compliance, the axes along which the
-paper says that a distributed sensor is designed.
-"""
+"""Figs. 1, 5E: sensors, sampling, stiffness; a touch, the animal and the conditions as drawings."""
 
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
@@ -9,9 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Ellipse, Patch, Rectangle
 
 from feeler import touch
 from feeler.analysis import find_noise
@@ -23,16 +22,36 @@ from feeler.decoding.sweeps import Plan
 from feeler.objects import Trial, place
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.antennas import OBJECT_COLOUR, make_patch, plot_posture
-from feeler.plotting.style import PALETTE, mark_panels, mark_places
+from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, make_patch, plot_posture
+from feeler.plotting.results import Shapes
+from feeler.plotting.style import (
+    ANTENNA_COLOURS,
+    PALETTE,
+    mark_panels,
+    mark_places,
+    pick_colours,
+    set_decades,
+)
+from feeler.plotting.tensors import plot_tensor, take_curvature
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
-from feeler.tensors.transforms import reconstruct_posture
+from feeler.tensors.transforms import compute_bend, reconstruct_posture
+from feeler.wall import Approach
 from paper.context import Context
-from paper.data import COMPLETE, list_profiles, list_touches, load_complete
-from paper.fig1_touch import find_touch
+from paper.data import (
+    COMPLETE,
+    keep_whole,
+    list_profiles,
+    list_speeds,
+    list_touches,
+    load_complete,
+    load_tensors,
+)
+from paper.fig3 import load
 from paper.table import read_declared
-from paper.window import keep_whole
+
+# Fig. 1A–B as numbers: sensor spacing, sampling rate and compliance, the axes along which the
+# paper says that a distributed sensor is designed.
 
 _Spread = dict[str, float]
 _SHORT = {"threshold a tenth of the peak": "> peak / 10"}  # beside the panel's letter
@@ -338,3 +357,325 @@ def _list_values(data: SimpleNamespace) -> dict[str, object]:
         soft.noise, stiff.noise, where=stiff.noise > 0, out=np.ones_like(soft.noise)
     )
     return values | {"axes.gain.noise75": _average(gain - 1)}
+
+
+# Fig. 1B, E as a drawing: how one touch of the run becomes a tactile tensor.
+
+_CORNER = (6, 8)  # sensors and samples that are drawn large
+
+
+def choose_moments(tensor: np.ndarray, count: int = 4) -> list[int]:
+    """Samples at even distances from the first to the last in which a tensor (sensor, time) has a
+    tenth of its greatest value.
+    """
+    felt = np.flatnonzero(tensor.max(axis=0) >= 0.1 * tensor.max())
+    return [int(k) for k in np.linspace(felt[0], felt[-1], count).round()]
+
+
+def plot_touch(antenna: Antenna, trial: Trial, tensors: xr.Dataset, figure: Figure) -> None:
+    """Four moments with what the sensors feel then, and the tensor that these columns make."""
+    tensor, time = take_curvature(tensors)[0], in_unit(tensors["time"], "ms").values
+    norm = Normalize(0.0, max(float(tensor.max()), 1e-9))
+    grid = figure.add_gridspec(2, 8, height_ratios=(1, 1), width_ratios=(1, 0.08) * 4)
+    moments = choose_moments(tensor)
+    for k, now in enumerate(moments):
+        ax = figure.add_subplot(grid[0, 2 * k])
+        draw_moment(antenna, trial, tensors, now, ax, norm)
+        ax.set_title(f"{k + 1}: {time[now]:.0f} ms")
+        _draw_column(tensor[:, now], figure.add_subplot(grid[0, 2 * k + 1]), norm)
+    whole = figure.add_subplot(grid[1, :6])
+    mark_panels((figure.axes[0], whole), "be")
+    image = plot_tensor(tensor, time, whole, norm)
+    whole.set_xticks(time[moments], [f"{k + 1}" for k in range(len(moments))])
+    whole.set(
+        xlabel="time; the four moments above", title="the tensor: a column for each moment"
+    )
+    corner = figure.add_subplot(grid[1, 6:])
+    _draw_corner(tensor, time, antenna, corner, norm)
+    figure.colorbar(image, ax=corner, label="curvature [1/mm]")
+
+
+def _draw_column(values: np.ndarray, ax: Axes, norm: Normalize) -> None:
+    """What all sensors feel at one moment, base at the bottom."""
+    ax.imshow(
+        values[:, None], origin="lower", aspect="auto", norm=norm, interpolation="nearest"
+    )
+    ax.set(xticks=[], yticks=[])
+    ax.spines[:].set_visible(True)
+
+
+def _draw_corner(
+    tensor: np.ndarray, time: np.ndarray, antenna: Antenna, ax: Axes, norm: Normalize
+) -> None:
+    """A few sensors and samples around the greatest value, so large that each is seen."""
+    sensor, sample = np.unravel_index(tensor.argmax(), tensor.shape)
+    first = [
+        int(np.clip(at - size // 2, 0, whole - size))
+        for at, size, whole in zip((sensor, sample), _CORNER, tensor.shape, strict=True)
+    ]
+    part = tensor[first[0] :, first[1] :][: _CORNER[0], : _CORNER[1]]
+    ax.imshow(part, origin="lower", aspect="auto", norm=norm, interpolation="nearest")
+    ax.set_xticks(np.arange(part.shape[1] + 1) - 0.5, [])
+    ax.set_yticks(np.arange(part.shape[0] + 1) - 0.5, [])
+    ax.tick_params(length=0)
+    ax.grid(color="#888888", lw=0.4)
+    spacing = antenna.length / antenna.sensors.size
+    ax.set(
+        xlabel=f"Δt = {time[1] - time[0]:g} ms",
+        ylabel=f"Δx ≈ {spacing:.2g} mm",
+        title="its greatest value",
+    )
+
+
+def show_touch(context: Context, section: Section) -> None:
+    """A slow touch of the first profile."""
+    name = list_profiles(context)[0]
+    touches = list_touches(context, name)
+    number = find_touch(touches, SPEEDS["slow"])
+    tensors = load_tensors(context, name).isel(trial=[number])
+    section.figure(
+        "fig1_touch",
+        f"A {touches[number].label} and its tensor. Above: the antenna at four moments, coloured by"
+        " its curvature, with what its sensors feel then as a column beside it, base at the bottom."
+        " Below: all columns one after another; on the right a part of it enlarged, in which Δx is"
+        " the mean distance of neighbouring sensors and Δt the time between samples. (Fig. 1B, E)",
+        lambda figure: plot_touch(context.profiles[name], touches[number], tensors, figure),
+        height=4.0,
+        numbers={"curvature": take_curvature(tensors)[0]},
+    )
+
+
+# A touch of the run as a drawing: the antenna and the object at one moment, to scale.
+
+
+def find_touch(touches: Sequence[Trial], speed: float) -> int:
+    """The number of a touch that shows most: of the first kind of object the greater one, at the
+    place nearest the base.
+    """
+    asked = [k for k, one in enumerate(touches) if one.speed == speed]
+    kind = touches[asked[0]].feature.kind
+    same = [k for k in asked if touches[k].feature.kind == kind]
+    return min(same, key=lambda k: (touches[k].location, -touches[k].feature.size))
+
+
+def draw_moment(
+    antenna: Antenna,
+    trial: Trial,
+    tensors: xr.Dataset,
+    now: int,
+    ax: Axes,
+    norm: Normalize,
+) -> MovingAntenna:
+    """Antenna and object at sample ``now`` of a touch, coloured by its curvature, without frame;
+    ``tensors`` holds this one touch.
+    """
+    reach = antenna.length
+    left = max(0.16 * reach, 2.2 * trial.feature.size)
+    ax.set(xlim=(-left, 0.86 * reach), ylim=(-0.03 * reach, 1.08 * reach), aspect="equal")
+    ax.axis("off")
+    placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
+    ax.add_patch(
+        make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward)
+    )
+    drawn = MovingAntenna(antenna, ax, norm)
+    posture = reconstruct_posture(tensors, antenna).values[0, now]
+    drawn.move(posture, compute_bend(tensors, antenna)[now])
+    return drawn
+
+
+# Fig. 1C, and the scene of Fig. 3A, as a drawing: a cockroach with one antenna along a wall.
+
+_ANTENNAE_PER_BODY = 1.5  # [P] an antenna's length, in lengths of the body
+
+
+def _choose_wall(shapes: Shapes) -> int:
+    """Which of the distances is drawn: the middle one of those with an inverted J, or else of
+    those in contact.
+    """
+    bent = np.flatnonzero(shapes.inverted & shapes.contact)
+    met = bent if bent.size else np.flatnonzero(shapes.contact)
+    return int(met[len(met) // 2])
+
+
+def plot_animal(sweep: Approach, ax: Axes) -> None:
+    """Body, the free antenna, the one along the wall with its greatest bend, and the distance."""
+    shapes, antenna = Shapes.of_sweep(sweep), sweep.antenna
+    at, side = _choose_wall(shapes), sweep.posture.sign
+    free = int(np.flatnonzero(~shapes.contact)[0]) if not shapes.contact.all() else 0
+    wall, reach = abs(float(shapes.wall[at])), antenna.length
+    _draw_body(reach / _ANTENNAE_PER_BODY, ax)
+    for points, flip in ((shapes.points[at], side), (shapes.points[free], -side)):
+        shown = points * [flip, 1]
+        plot_posture(shown, ax, lw=2.2, zorder=4)
+        ax.plot(*shown[antenna.sensors - 1].T, ".", ms=0.9, color="#FFFFFF", zorder=5)
+    top = float(max(shapes.points[k][:, 1].max() for k in (at, free)))
+    low, high = -0.75 * reach, top + 9.0
+    ax.add_patch(Rectangle((wall, low), 5.0, high - low, color=OBJECT_COLOUR, lw=0))
+    ax.text(wall + 2.5, 0.5 * (low + high), "wall", rotation=90, ha="center", va="center")
+    peak = shapes.peak[at] * [side, 1]
+    ax.plot(*peak, "o", ms=6, mfc="none", mec=PALETTE[2], mew=1.5, zorder=6)
+    ax.annotate(
+        "greatest bend",
+        peak,
+        (wall + 8.0, peak[1]),
+        arrowprops={"arrowstyle": "-", "lw": 0.6, "color": PALETTE[2]},
+        va="center",
+        color=PALETTE[2],
+    )
+    level = top + 3.0
+    ax.annotate("", (wall, level), (0, level), arrowprops={"arrowstyle": "<->", "lw": 0.8})
+    ax.text(0.5 * wall, level + 0.5, "wall distance", ha="center", va="bottom")
+    ax.plot([0, 0], [0, level + 2], ":", color="#888888", lw=0.8, zorder=0)
+    ax.set(xlim=(-0.75 * reach, wall + 20), ylim=(low, high), aspect="equal")
+    ax.axis("off")
+    mark_panels(ax, "c")
+    ax.plot([-0.7 * reach, -0.7 * reach + 10], [low + 3] * 2, color="black", lw=1.5)
+    ax.text(-0.7 * reach + 5, low + 4, "10 mm", ha="center", va="bottom")
+
+
+def _draw_body(length: float, ax: Axes) -> None:
+    """Head, pronotum and abdomen of a body of this length [mm], head at the origin; a sketch."""
+    for centre, wide, long in ((0.05, 0.16, 0.1), (0.2, 0.3, 0.24), (0.62, 0.34, 0.76)):
+        ax.add_patch(
+            Ellipse(
+                (0, -centre * length),
+                wide * length,
+                long * length,
+                fc=ANTENNA_COLOURS[1],
+                ec="#FFFFFF",
+                lw=0.8,
+            )
+        )
+    for front, back in ((0.25, 0.05), (0.35, 0.5), (0.5, 1.0)):
+        for side in (-1, 1):
+            knee = side * 0.32 * length
+            ax.plot(
+                [0, knee, 1.35 * knee],
+                [-front * length, -0.5 * (front + back) * length, -back * length],
+                color=ANTENNA_COLOURS[0],
+                lw=0.8,
+                zorder=0,
+            )
+
+
+def show_animal(context: Context, section: Section) -> None:
+    """The first profile in the leading set-up."""
+    sweep = next(iter(load(context).sweeps.values()))
+    shapes = Shapes.of_sweep(sweep)
+    if not (context.is_cockroach and shapes.contact.any()):
+        return
+    section.figure(
+        "fig1_animal",
+        "A cockroach from above. Both antennae are the model's: the one along the wall is at rest"
+        " in the leading set-up, the other one is free, pre-bent as this set-up asks. White dots:"
+        " sensors. The body is a sketch of the length that the paper gives, two thirds of an"
+        " antenna's. Along a wall an antenna bends most at one place; where that is may tell how"
+        " far the wall is. (Fig. 1C, 3A)",
+        lambda figure: plot_animal(sweep, figure.subplots()),
+        height=3.4,
+        numbers={"points": shapes.points[_choose_wall(shapes)]},
+    )
+
+
+# Fig. 5E as a drawing: the speeds and the profiles that are compared, in touches of the run.
+
+_PUSHED = 9.0  # mm that the object has moved since contact, at every profile
+_LATER = 15.0  # ms since contact, at every speed
+
+_Touch = tuple[Antenna, Trial, xr.Dataset, float]
+"""With the moment that is drawn [ms since contact]."""
+
+
+def _collect(context: Context) -> dict[str, dict[str, _Touch]]:
+    """One touch of each profile at the slow speed, and of the first profile at each speed."""
+    profiles, slow = list_profiles(context), SPEEDS["slow"]
+    first = profiles[0]
+    return {
+        "profiles": {p: _take_touch(context, p, slow, _PUSHED / slow) for p in profiles},
+        "speeds": {
+            f"{name}, {speed:g} m/s": _take_touch(context, first, speed, _LATER)
+            for name, speed in sorted(
+                list_speeds(context, first).items(), key=lambda item: item[1]
+            )
+        },
+    }
+
+
+def _take_touch(context: Context, profile: str, speed: float, moment: float) -> _Touch:
+    touches = list_touches(context, profile)
+    number = find_touch(touches, speed)
+    tensors = load_tensors(context, profile).isel(trial=[number])
+    return context.profiles[profile], touches[number], tensors, moment
+
+
+def plot_conditions(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -> None:
+    """Profiles and their touches above, touches at each speed below."""
+    profiles, speeds = found.values()
+    bends = [
+        compute_bend(t, a)[_find_sample(t, m, trial)].max()
+        for a, trial, t, m in _list_shown(found)
+    ]
+    norm = Normalize(0.0, max(*map(float, bends), 1e-9))
+    columns = 1 + max(len(profiles), len(speeds))
+    axes = figure.subplots(2, columns, width_ratios=(1.2, *[1] * (columns - 1)))
+    _draw_stiffness({name: touch[0] for name, touch in profiles.items()}, axes[0, 0])
+    mark_panels(axes[0, 0], "e")
+    _draw_ways([trial.speed for _, trial, _, _ in speeds.values()], axes[1, 0])
+    for row, touches in zip(axes[:, 1:], (profiles, speeds), strict=True):
+        for ax, (name, (antenna, trial, tensors, moment)) in zip(
+            row, touches.items(), strict=False
+        ):
+            now = _find_sample(tensors, moment, trial)
+            drawn = draw_moment(antenna, trial, tensors, now, ax, norm)
+            ax.set_title(name)
+        for ax in row[len(touches) :]:
+            ax.axis("off")
+    figure.colorbar(drawn.colours, ax=axes[:, 1:], label="curvature [1/mm]", pad=0.01)
+
+
+def _list_shown(found: Mapping[str, Mapping[str, _Touch]]) -> list[_Touch]:
+    return [touch for touches in found.values() for touch in touches.values()]
+
+
+def _find_sample(tensors: xr.Dataset, moment: float, trial: Trial) -> int:
+    """The sample at a moment [ms since contact], or the last one."""
+    time = in_unit(tensors["time"], "ms").values
+    return min(int(np.searchsorted(time, trial.lead + moment)), time.size - 1)
+
+
+def _draw_stiffness(antennas: Mapping[str, Antenna], ax: Axes) -> None:
+    """Stiffness along every profile."""
+    for name, colour in pick_colours(antennas).items():
+        one = antennas[name]
+        ax.plot(one.hinge_position / one.length, one.stiffness, color=colour, label=name)
+    ax.legend(loc="lower left", borderpad=0.1)
+    set_decades(ax)
+    ax.set(xlabel="location (base 0, tip 1)", ylabel="stiffness [N·mm/rad]")
+
+
+def _draw_ways(speeds: list[float], ax: Axes) -> None:
+    """How far an object has come over time, at every speed."""
+    time = np.array([0.0, 40.0])
+    for speed, colour in zip(
+        speeds, pick_colours(f"{s:g} m/s" for s in speeds).values(), strict=True
+    ):
+        ax.plot(time, speed * time, color=colour, label=f"{speed:g} m/s")
+    ax.axvline(_LATER, color="#888888", ls=":", lw=0.8)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=0.8)
+    ax.set(
+        xlabel="time since contact [ms]", ylabel="distance since contact [mm]", ylim=(0, None)
+    )
+
+
+def show_conditions(context: Context, section: Section) -> None:
+    """What is compared in most of what follows."""
+    found = _collect(context)
+    section.figure(
+        "fig5e_conditions",
+        "What is compared. Above: antennae that differ in stiffness only, each when the same slow"
+        f" object has pushed it for {_PUSHED:g} mm. Below: one antenna and one object at each"
+        f" speed, each {_LATER:g} ms after contact (dotted on the left). (Fig. 5E)",
+        lambda figure: plot_conditions(found, figure),
+        height=4.4,
+        numbers={name: antenna.stiffness for name, (antenna, *_) in found["profiles"].items()},
+    )

@@ -19,11 +19,17 @@ from feeler.plotting import SLOWER, write_touches_movie
 from feeler.plotting.antennas import make_patch, plot_posture
 from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor_grid
-from feeler.report.page import Section, make_spread
+from feeler.report import Section, make_spread
 from feeler.tensors.transforms import in_unit, rectify
 from paper.context import Context
-from paper.data import list_profiles, list_touches, load_complete, load_tensors, select_speed
-from paper.window import measure_window
+from paper.data import (
+    list_profiles,
+    list_touches,
+    load_complete,
+    load_tensors,
+    measure_window,
+    select_speed,
+)
 
 
 def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:

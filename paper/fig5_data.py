@@ -1,33 +1,65 @@
-"""What Figs. 5A–E and S6 show: dispersion and accuracy by speed and by profile.
-
-``figS6`` shows the dispersion, ``fig5`` the accuracy, ``fig5_nulls`` what identical touches reach,
-``fig5_new`` touches that no training copy was made of.
+"""What Figs. 5A–E and S6 show, and beside it: identical touches, whole touches, every speed, and
+codes of whole touches.
 """
 
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
-from feeler.analysis import compute_dispersion
+from feeler.analysis import INDICES, Dispersion, compute_dispersion
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import (
     CODES,
+    NOISES,
+    Relative,
     Sweep,
+    compute_sweep,
     group_tensors,
+    make_labels,
 )
+from feeler.decoding.classifiers import make_lda
 from feeler.decoding.curves import (
     Curves,
+    DuplicateControl,
+    Group,
+    JointFit,
+    compare_twins,
     compute_curves,
+    configure,
+    fit_null,
+    make_codes,
 )
 from feeler.decoding.sweeps import Plan
-from feeler.report import make_spread
+from feeler.experiments.tactile import DURATION
+from feeler.plotting.results import plot_sweep
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
+from feeler.report import Section, make_spread
+from feeler.tensors import rectify
 from paper.cache import keep
 from paper.context import Context
-from paper.data import list_profiles, list_speeds, load_tensors
+from paper.data import (
+    CLAIMED,
+    COMPLETE,
+    SAME,
+    WINDOWS,
+    complete_arrays,
+    complete_tensors,
+    keep_whole,
+    list_profiles,
+    list_speeds,
+    load_complete,
+    load_tensors,
+    measure_window,
+    select_speed,
+)
+
+# What Figs. 5A–E and S6 show: dispersion and accuracy by speed and by profile.
 
 MAIN = ("joint", "raw")
 """The paper's two data sets: activations and tensors."""
@@ -118,3 +150,520 @@ def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]
     repeats = sweep.noisy.shape[1]
     one = bootstrap_mean(sweep.area, np.random.default_rng(0))
     return make_spread(one.estimate, one.low, one.high, n=min(repeats, starts or repeats))
+
+
+# Beside Fig. 5: what jointly fitted codes reach on identical touches, and what of them
+# carries over to a twin.
+
+
+def show_nulls(context: Context, section: Section) -> None:
+    """Null of each group's dispersion and accuracy, and the twin test, beside the real numbers."""
+    data, speeds = load(context), name_speeds(context)
+    starts = context.effort.plan.null_restarts
+    section.heading("Identical touches, and every touch twice")
+    rows = []
+    for comparison, curves in data.curves.items():
+        null = disperse_null(data.groups[comparison], curves.fits, context.seed)
+        real = data.dispersions[comparison]["joint"]
+        for group, sweep in curves.find("joint").items():
+            name, fitted = speeds.get(group, group), curves.fits[group]
+            cells = []
+            for index in INDICES:
+                found = null.average[index][group]
+                key = f"dispersion.null.{index}.{name}"
+                section.values[key] = make_spread(
+                    found.estimate, found.low, found.high, n=starts
+                )
+                cells.append(
+                    f"{real.average[index][group].estimate:.3g} / {found.estimate:.3g}"
+                )
+            alone = curves.find_null("joint", group=group)
+            assert alone is not None  # compute_curves makes one for every group
+            section.values[f"classification.null.{name}"] = spread_accuracy(alone, starts)
+            cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
+            end = "by its tolerance" if fitted.converged else "at the limit"
+            rows.append([comparison, group, *cells, f"{fitted.n_iter}, {end}"])
+    section.table(
+        [
+            "by",
+            "group",
+            *(known.label for known in INDICES.values()),
+            "accuracy [%]",
+            "iterations of the null",
+        ],
+        rows,
+        "Real / null: jointly fitted codes of each group's tensors, and of one of its tensors"
+        " repeated. A difference that identical touches show too comes from the recipe. Profiles in"
+        " the paper's window; complete touches stand below.",
+    )
+    if twins := _compare_all_twins(data.groups, context):
+        _show_twins(section, twins, speeds, context.effort.plan)
+
+
+def disperse_null(
+    members: Mapping[str, Group], fits: Mapping[str, JointFit], random_state: int
+) -> Dispersion:
+    """Dispersion of every group's null, on the common scale of the groups' own codes."""
+    peak = max(
+        *(group.codes["joint"].max() for group in members.values()),
+        *(fitted.codes.max() for fitted in fits.values()),
+    )
+    scaled = {name: fitted.codes / peak for name, fitted in fits.items()}
+    return compute_dispersion(scaled, scale=False, random_state=random_state)
+
+
+def _compare_all_twins(
+    groups: Mapping[str, Mapping[str, Group]], context: Context
+) -> dict[str, DuplicateControl]:
+    """The twin test of the groups that the plan asks for."""
+    plan, seed = context.effort.plan, context.seed
+    encoder = configure(context.effort.make_encoder(), {"random_state": seed})
+    return {
+        name: compare_twins(group.tensors, group.labels, encoder, plan, random_state=seed)
+        for name, group in _list_twins(groups, plan.twins).items()
+    }
+
+
+def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[str, Group]:
+    """Speeds, then the other profiles; the first profile's touches are the slowest speed's."""
+    speeds, profiles = groups.get("speed", {}), groups.get("profile", {})
+    others = list(profiles.items())[1 if speeds else 0 :]
+    every = {**speeds, **dict(others)}
+    ends = {*list(speeds)[:1], *list(speeds)[-1:], CLAIMED[-1]}
+    wanted = {"all": set(every), "ends": ends, "none": set()}[which]
+    return {name: group for name, group in every.items() if name in wanted}
+
+
+def _bound_kept(found: DuplicateControl) -> tuple[float, float]:
+    """The 95 % interval of the share that carries over, over touches (bootstrap)."""
+    same, other = (sweep.area - sweep.chance for sweep in (found.same, found.other))
+    picks = np.random.default_rng(0).integers(same.size, size=(2000, same.size))
+    height, carried = same[picks].mean(axis=1), np.maximum(other[picks].mean(axis=1), 0.0)
+    kept = np.divide(carried, height, out=np.zeros(len(picks)), where=height > 0)
+    low, high = np.quantile(kept, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _show_twins(
+    section: Section,
+    twins: Mapping[str, DuplicateControl],
+    speeds: Mapping[str, str],
+    plan: Plan,
+) -> None:
+    rows = []
+    for group, found in twins.items():
+        name = speeds.get(group, group)
+        section.values[f"classification.twin.{name}"] = spread_accuracy(
+            found.other, plan.null_restarts
+        )
+        low, high = _bound_kept(found)
+        section.values[f"classification.twin_kept.{name}"] = make_spread(
+            found.kept, low, high, n=plan.null_restarts
+        )
+        accuracies = [
+            " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))
+            for sweep in (found.same, found.other)
+        ]
+        rows.append([group, *accuracies, f"{100 * found.kept:.0f}", found.fitted.n_iter])
+    ratios = " / ".join(f"{100 * ratio:.0f}" for ratio in plan.ratios)
+    section.table(
+        [
+            "group",
+            f"same twin [%] at {ratios} % noise",
+            "other twin [%]",
+            "kept [%]",
+            "iterations",
+        ],
+        rows,
+        "Every tensor stands twice in one joint fit. Trained on noisy copies of one twin, tested on"
+        " copies of the same and of the other. Kept: the share of the accuracy above chance that"
+        " carries over, which is what belongs to the touch.",
+    )
+
+
+# Beside Fig. 5B, D: profiles compared over complete touches, since 380 ms cut all but the
+# exponential profile's short.
+
+
+def compute_complete(
+    tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int = 0
+) -> SimpleNamespace:
+    """Everything of whole slow touches, by profile.
+
+    tensors : Datasets by profile with ``angle`` and ``force``, recorded until no touch begins
+    again.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``windows`` by profile, ``dispersion`` of complete touches, ``sweeps[noise][profile]`` of
+        accuracy on tensors, and ``peaks`` by profile, the greatest angle [rad]: common noise is a
+        share of the greatest of them.
+    """
+    arrays, labels = complete_arrays(tensors)
+    options: dict[str, Any] = {
+        "ratios": plan.ratios,
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "estimator": make_lda(),
+        "random_state": random_state,
+    }
+    sweeps = {
+        noise: {
+            name: compute_sweep(array, labels, noise=NOISES[noise](), **options)
+            for name, array in arrays.items()
+        }
+        for noise in ("relative", "common")
+    }
+    return SimpleNamespace(
+        windows={name: measure_window(data) for name, data in tensors.items()},
+        dispersion=compute_dispersion(arrays, random_state=random_state),
+        sweeps=sweeps,
+        peaks={
+            name: float(rectify(complete_tensors(data)["angle"].values).max())
+            for name, data in tensors.items()
+        },
+    )
+
+
+def plot_complete(
+    data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure
+) -> None:
+    """Accuracy on tensors by profile: the paper's window on the left, complete touches on the
+    right; a row per noise.
+    """
+    axes = figure.subplots(2, 2, sharex=True, sharey=True)
+    for row, noise in zip(axes, data.sweeps, strict=True):
+        for ax, sweeps in zip(row, (cut[noise], data.sweeps[noise]), strict=True):
+            for k, (name, sweep) in enumerate(sweeps.items()):
+                plot_sweep(
+                    sweep,
+                    ax,
+                    color=PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)]),
+                    label=name,
+                )
+            ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8)
+            ax.set(xlim=(0, 32), ylim=(0, 103))
+        row[0].set_ylabel(f"accuracy [%]\n{noise} noise")
+    for ax, window in zip(axes[0], WINDOWS, strict=True):
+        ax.set_title(window)
+    for ax in axes[1]:
+        ax.set_xlabel("noise [%]")
+    axes[0, 0].legend(fontsize=7, frameon=False)
+
+
+def show_complete(context: Context, section: Section) -> None:
+    """What the window cuts, and the profiles compared without it."""
+    names = list_profiles(context)
+    if len(names) < 2:
+        return
+    data = compute_complete(
+        {name: load_complete(context, name) for name in names},
+        context.effort.plan,
+        random_state=context.seed,
+    )
+    cut = {noise: load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
+    section.heading("Complete touches")
+    section.text(
+        f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and"
+        " cuts the others'. So the profiles are compared again over complete touches: each over its"
+        f" own shortest full window, all with {DURATION:g} samples. Whether a touch begins again"
+        f" was looked for up to {COMPLETE:g} ms."
+    )
+    _tabulate(section, data)
+    section.figure(
+        "fig5_complete",
+        "Accuracy of LDA on slow tensors by profile, in the paper's window and over complete"
+        " touches, with noise relative to each tensor's peak and with one noise floor for all;"
+        " mean ± 1 SD over repeats, chance dotted.",
+        lambda figure: plot_complete(data, cut, figure),
+        height=4.6,
+        numbers={
+            WINDOWS[1]: _list_noisy(data.sweeps),
+            WINDOWS[0]: _list_noisy(cut),
+            "windows": {name: vars(window) for name, window in data.windows.items()},
+        },
+    )
+    _keep_complete(section, data, cut)
+
+
+def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str, np.ndarray]]:
+    return {
+        noise: {name: sweep.noisy for name, sweep in sweeps.items()}
+        for noise, sweeps in found.items()
+    }
+
+
+def _tabulate(section: Section, data: SimpleNamespace) -> None:
+    header = [
+        "profile",
+        "lets go at the latest [ms]",
+        "cut by the window",
+        "of these, out of contact at its end",
+    ]
+    section.table(
+        [*header, "identical pairs", "ceiling"],
+        [[name, w.end, w.cut, w.again, w.pairs, w.ceiling] for name, w in data.windows.items()],
+        f"Slow touches, {WINDOWS[1]} (of"
+        f" {next(iter(data.sweeps['relative'].values())).classes.size}). Identical pairs: touches"
+        f" whose tensors differ by less than {SAME:g} rad inside the paper's window; no"
+        " classifier can be right more often than the ceiling says.",
+    )
+    for name, window in data.windows.items():
+        section.values |= {
+            f"window.{part}.{name}": value for part, value in vars(window).items()
+        }
+
+
+def keep_dispersion(
+    section: Section, whole: Dispersion, names: Mapping[Any, str] | None = None
+) -> list[list[str]]:
+    """Values of the four indices by group in the paper's window, which are known, and over complete
+    touches; the rows of a table. ``names``: what the section calls the groups, where it differs.
+    """
+    rows, cells = [], cast(dict[str, Any], section.values)
+    for index in INDICES:
+        row = [INDICES[index].label]
+        for group, found in whole.average[index].items():
+            name = (names or {}).get(group, group)
+            n, cut = whole.values(index, group).size, cells[f"dispersion.tensor.{index}.{name}"]
+            spread = make_spread(found.estimate, found.low, found.high, n=n)
+            cells[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = cut
+            cells[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
+            row.append(f"{cut['value']:.3g} → {found.estimate:.3g}")
+        rows.append(row)
+    return rows
+
+
+def _keep_complete(
+    section: Section, data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]]
+) -> None:
+    """Values of both windows, and a table of the four indices."""
+    loudest = max(data.peaks, key=data.peaks.__getitem__)
+    section.text(
+        "Common noise is a share of the greatest angle of all antennas,"
+        f" {data.peaks[loudest]:.3g} rad ({loudest}). The greatest angle of each, in rad: "
+        + ", ".join(f"{name} {peak:.3g}" for name, peak in data.peaks.items())
+        + "."
+    )
+    rows = keep_dispersion(section, data.dispersion)
+    section.table(
+        ["index", *data.windows],
+        rows,
+        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
+    )
+    for name, peak in data.peaks.items():
+        section.values[f"complete.peak.{name}"] = peak
+    for noise, sweeps in data.sweeps.items():
+        for name, sweep in sweeps.items():
+            section.values[f"complete.{noise}.{name}"] = spread_accuracy(sweep)
+            section.values[f"cut.{noise}.{name}"] = spread_accuracy(cut[noise][name])
+
+
+# Beside Fig. 5C: LDA on the tensors of every speed, in the paper's window and over whole
+# touches; and every reading by which the two claims on LDA are judged.
+
+JOINT_CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for window in WINDOWS)
+"""What LDA may have read."""
+
+
+def compute_speeds(
+    groups: Mapping[str, tuple[np.ndarray, np.ndarray]], plan: Plan, *, random_state: int = 0
+) -> tuple[dict[str, Sweep], Sweep]:
+    """Accuracy on noisy tensors of every group, given with their labels, and on as many copies of
+    one tensor, labelled as if they were different touches.
+    """
+
+    def sweep(array: np.ndarray, labels: np.ndarray, n_repeats: int) -> Sweep:
+        return compute_sweep(
+            array,
+            labels,
+            ratios=plan.ratios,
+            n_copies=plan.n_copies,
+            n_repeats=n_repeats,
+            noise=Relative(),
+            estimator=make_lda(),
+            random_state=random_state,
+        )
+
+    first, labels = next(iter(groups.values()))
+    repeated = np.repeat(first[:1], len(first), axis=0)
+    sweeps = {name: sweep(*group, plan.n_repeats) for name, group in groups.items()}
+    return sweeps, sweep(repeated, labels, plan.control_repeats or plan.n_repeats)
+
+
+def show_speeds(context: Context, section: Section) -> None:
+    """LDA on tensors by speed, and every reading of the claims on LDA."""
+    if len(list_speeds(context, list_profiles(context)[0])) < 2:
+        return
+    whole, null = compute_speeds(
+        _list_speeds(context), context.effort.plan, random_state=context.seed
+    )
+    cut = load(context).curves["speed"].find("raw")
+    section.heading("Tensors by speed")
+    section.table(
+        ["window", *whole],
+        [
+            [
+                window,
+                *(100 * float(one.noisy[one.ratios > 0].mean()) for one in sweeps.values()),
+            ]
+            for window, sweeps in zip(WINDOWS, (cut, whole), strict=True)
+        ],
+        "Accuracy of LDA on the tensors of every speed [%], mean over the noise: in the paper's"
+        " window,"
+        " and over each speed's own shortest window that holds its touches whole.",
+    )
+    names = name_speeds(context)
+    arrays = {name: array for name, (array, _) in _list_speeds(context).items()}
+    section.table(
+        ["closest match", *arrays],
+        keep_dispersion(section, compute_dispersion(arrays, random_state=context.seed), names),
+        "Averages by speed: in the paper's window, most of which a fast touch leaves empty → over"
+        " each speed's own window of complete touches.",
+    )
+    complete: dict[str, Any] = {
+        names[group]: spread_accuracy(sweep) for group, sweep in whole.items()
+    }
+    complete |= {
+        name: section.values[key]
+        for name in list_profiles(context)
+        if (key := f"complete.relative.{name}") in section.values
+    }
+    for comparison in load(context).curves:
+        _keep_speeds(context, section, comparison, complete, spread_accuracy(null))
+
+
+def _list_speeds(context: Context) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Whole touches of the first profile at every speed, named as the paper's groups are."""
+    name = list_profiles(context)[0]
+    every = load_tensors(context, name)
+    names = {given: speed for speed, given in name_speeds(context).items()}
+    sets = {
+        names[given]: load_complete(context, name)
+        if given == "slow"
+        else select_speed(every, speed)
+        for given, speed in reversed(list_speeds(context, name).items())
+    }
+    return {
+        given: (_order(data, keep_whole(data)), _label(data)) for given, data in sets.items()
+    }
+
+
+def _order(data: xr.Dataset, array: np.ndarray) -> np.ndarray:
+    return array[np.argsort(make_labels(data), kind="stable")]
+
+
+def _label(data: xr.Dataset) -> np.ndarray:
+    return np.sort(make_labels(data))
+
+
+def _keep_speeds(
+    context: Context,
+    section: Section,
+    comparison: str,
+    complete: Mapping[str, dict[str, float]],
+    null: dict[str, float],
+) -> None:
+    """Accuracy of every group, and of identical touches, in each reading."""
+    curves, speeds = load(context).curves[comparison], name_speeds(context)
+    alone = curves.find_null("raw")
+    assert alone is not None  # compute_curves makes one for every kind of code
+    for group, sweep in curves.find("raw").items():
+        name = speeds.get(group, group)
+        readings = {
+            JOINT_CODES: (
+                section.values[f"classification.lda.{name}"],
+                section.values[f"classification.null.{name}"],
+            ),
+            TENSORS[0]: (spread_accuracy(sweep), spread_accuracy(alone)),
+            TENSORS[1]: (complete[name], null),
+        }
+        for reading, (own, identical) in readings.items():
+            section.values[f"lda.{reading}.{name}"] = own
+            section.values[f"lda.null.{reading}.{name}"] = identical
+
+
+# Beside Fig. 5B, D: jointly fitted codes of complete touches by profile, with their nulls;
+# the paper's window cuts the profiles differently.
+
+_PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
+
+
+def compute_codes(
+    tensors: dict[str, xr.Dataset], encoder: Any, *, plan: Plan, random_state: int = 0
+) -> SimpleNamespace:
+    """Codes of each profile's complete touches, fitted jointly, and of one of them repeated.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``groups``, each profile's tensors and codes; ``dispersion`` of the codes and of their
+        nulls, by part; ``curves`` of accuracy.
+    """
+    arrays, labels = complete_arrays(tensors)
+    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    groups = {}
+    for name, array in arrays.items():
+        fitted = configure(encoder, settings)
+        codes = make_codes(array, fitted, kinds=("joint",))
+        null = fit_null(array, configure(encoder, settings), plan)
+        groups[name] = Group(
+            tensors=array, labels=labels, encoder=fitted, codes=codes, null=null
+        )
+    once = replace(plan, other_copies=(), before_repeats=0)
+    options = {"kinds": ("joint",), "noises": ("relative",), "random_state": random_state}
+    curves = keep("curves", compute_curves, groups, once, **options)
+    codes = {name: group.codes["joint"] for name, group in groups.items()}
+    dispersion = {
+        "activation": compute_dispersion(codes, random_state=random_state),
+        "null": disperse_null(groups, curves.fits, random_state),
+    }
+    return SimpleNamespace(groups=groups, dispersion=dispersion, curves=curves)
+
+
+@lru_cache(maxsize=1)
+def load_codes(context: Context) -> SimpleNamespace:
+    """What this run shows, computed once."""
+    return compute_codes(
+        {name: load_complete(context, name) for name in list_profiles(context)},
+        context.effort.make_encoder(),
+        plan=context.effort.plan,
+        random_state=context.seed,
+    )
+
+
+def show_codes(context: Context, section: Section) -> None:
+    """Dispersion and accuracy of such codes beside their nulls."""
+    names, plan = list_profiles(context), context.effort.plan
+    if len(names) < 2:
+        return
+    data = load_codes(context)
+    starts = {"activation": plan.n_restarts, "null": plan.null_restarts}
+    rows = []
+    for name, sweep in data.curves.find("joint").items():
+        cells = []
+        for index in INDICES:
+            for part, prefix in _PARTS.items():
+                found, n = data.dispersion[part].average[index][name], starts[part]
+                spread = make_spread(found.estimate, found.low, found.high, n=n)
+                section.values[f"{prefix}.{index}.{WINDOWS[1]}.{name}"] = spread
+                kept = section.values.get(f"{prefix}.{index}.{name}")
+                section.values[f"{prefix}.{index}.{WINDOWS[0]}.{name}"] = kept
+            real, null = (
+                data.dispersion[part].average[index][name].estimate for part in _PARTS
+            )
+            cells.append(f"{real:.3g} / {null:.3g}")
+        alone = data.curves.find_null("joint", group=name)
+        assert alone is not None  # compute_curves makes one for every group
+        for part, one in (("lda", sweep), ("null", alone)):
+            spread = spread_accuracy(one, starts.get(part, plan.n_restarts))
+            prefix = "lda" if part == "lda" else f"lda.{part}"
+            section.values[f"{prefix}.{WINDOWS[1]}, {JOINT_CODES}.{name}"] = spread
+        cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
+        rows.append([name, *cells])
+    section.table(
+        ["profile", *(known.label for known in INDICES.values()), "accuracy [%]"],
+        rows,
+        "Real / null: jointly fitted codes of complete touches, and of one of them repeated.",
+    )

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.plotting.style import PALETTE, mark_panels
-from feeler.report.page import Section
+from feeler.report import Section
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
 from feeler.tracking.kinematics import CUTOFF, MAX_GAP
 from paper.context import Context

@@ -12,12 +12,11 @@ from feeler.decoding import Relative, Sweep, compute_sweep, list_groups
 from feeler.decoding.network import TouchNetwork, import_torch
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import PALETTE, pick_colours
-from feeler.report.page import Section
+from feeler.report import Section
 from paper.cache import keep
 from paper.context import Context
-from paper.data import list_profiles, load_complete, load_tensors
+from paper.data import WINDOWS, complete_arrays, list_profiles, load_complete, load_tensors
 from paper.fig5_data import name_speeds, spread_accuracy
-from paper.window import WINDOWS, complete_arrays
 
 _LAYERS = (
     "input {h} × {w} × 1",

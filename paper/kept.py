@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from feeler.report.page import MARKER, Section
+from feeler.report import MARKER, Section
 from paper.context import KEYED, Context
 from paper.report import OPENING_MOVIE
 from paper.stage import Stage

@@ -24,19 +24,23 @@ from feeler.objects.noise import Common, Relative
 from feeler.report import Section
 from feeler.tensors import rectify
 from feeler.wall.distance import SETUP_CHOICES
-from paper import fig4, fig5_codes, fig5_data, fig5f
+from paper import fig4, fig5_data, fig5f
 from paper.context import Context
-from paper.data import list_profiles, list_speeds, load_complete, load_tensors, select_speed
-from paper.declared import CLAIMED
-from paper.fig5_sparse import SPANS
-from paper.readings import FILE, Reading, Sentence, load_sentences, make_rows
-from paper.window import (
+from paper.data import (
+    CLAIMED,
     WINDOWS,
     complete_tensors,
     cut_to_contact,
     cut_to_motion,
     find_end,
+    list_profiles,
+    list_speeds,
+    load_complete,
+    load_tensors,
+    select_speed,
 )
+from paper.fig5_sparse import SPANS
+from paper.readings import FILE, Reading, Sentence, load_sentences, make_rows
 
 _N_COMPONENTS = 30  # [P]
 
@@ -116,7 +120,7 @@ def _measure_bases(
     one touch.
     """
     arrays = _collect_arrays(context, "profile", quantity, window)
-    known = fig5f.load(context).get(window) if quantity == "angle" else None
+    known = fig5f.load_bases(context).get(window) if quantity == "angle" else None
     if known is None or constraint != "each trial":
         known = SimpleNamespace(encoders={})
     found: dict[str, dict[str, Any]] = {name: {} for name in fig5f.READINGS}
@@ -205,7 +209,7 @@ def _encode(context: Context, comparison: str, constraint: str, window: str) -> 
         known = (
             fig5_data.load(context).groups.get(comparison, {})
             if window == WINDOWS[0]
-            else fig5_codes.load(context).groups
+            else fig5_data.load_codes(context).groups
         )
         names = fig5_data.name_speeds(context)
         ends = np.cumsum([len(group.tensors) for group in known.values()])[:-1]

@@ -20,7 +20,7 @@ from pypdf import PdfReader, PdfWriter
 
 from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
-from feeler.report.page import (
+from feeler.report import (
     MARKER,
     PAGES,
     Part,
@@ -30,8 +30,8 @@ from feeler.report.page import (
     render_page,
 )
 from paper.context import Context
+from paper.statements import Judged, count_intervals, count_verdicts
 from paper.table import RESULTS, Results, read_declared
-from paper.verdicts import Judged, count_intervals, count_verdicts
 
 DETAILS = "details.html"
 OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"

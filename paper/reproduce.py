@@ -9,14 +9,14 @@ from dataclasses import replace
 from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
-from feeler.report.page import Section
+from feeler.report import Section
 from paper import inputs, readings_page
 from paper.cache import SOURCES, list_sources
 from paper.context import Context
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
 from paper.stage import Stage, find_kept, run_stage
-from paper.verdicts import judge_statements
+from paper.statements import judge_statements
 
 STAGES = (
     Stage(
@@ -28,19 +28,19 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
-        figures=("fig2a",),
+        figures=("fig2:show_antenna",),
         reads=("antenna",),
     ),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
-        figures=("fig2b", "figS1", "fig2b_fit"),
+        figures=("fig2", "fig2:show_lengths", "fig2:show_fit"),
         reads=("scale", "seed", "engine", "antenna"),
     ),
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1_touch", "fig5_conditions", "fig2e"),
+        figures=("fig1:show_touch", "fig1:show_conditions", "fig2e"),
     ),
     Stage(
         name="axes",
@@ -50,20 +50,32 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1_animal", "fig3", "fig3_family", "readings_computed"),
+        figures=("fig1:show_animal", "fig3", "fig3:show_family", "readings_computed"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        figures=("fig4a", "fig4", "fig5f", "figS5", "readings_computed"),
+        figures=(
+            "fig4:show_encoder",
+            "fig4",
+            "fig5f",
+            "fig5f:show_durations",
+            "readings_computed",
+        ),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         figures=(
-            *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
-            *("fig5_bending", "fig5_codes", "fig5_new", "readings_computed"),
+            *(
+                "fig5:show_dispersion",
+                "fig5",
+                "fig5_data:show_nulls",
+                "fig5_data:show_complete",
+            ),
+            *("fig5_data:show_speeds", "fig5_sparse", "fig5_sparse:show_bending"),
+            *("fig5_data:show_codes", "fig5:show_new", "readings_computed"),
         ),
     ),
     Stage(
@@ -127,7 +139,7 @@ STAGES = (
     Stage(
         name="robot",
         title="The robotic antenna",
-        figures=("fig6", "figS7"),
+        figures=("fig6", "fig6:show_tip"),
         reads=("scale", "seed", "engine"),
     ),
     Stage(

@@ -12,7 +12,7 @@ from typing import cast
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
 from feeler.provenance import compute_digest, make_key
-from feeler.report.page import MARKER, Section
+from feeler.report import MARKER, Section
 from paper import cache
 from paper.context import KEYED, Context, View
 
@@ -27,7 +27,8 @@ class Stage:
     Attributes
     ----------
     figures : tuple[str, ...]
-        Modules that make the section, one for each figure: of this package, or by their full name.
+        What makes the section, ``module:function`` for each figure, ``show`` where none is named:
+        of this package, or by the module's full name.
     reads : tuple[str, ...]
         Which parameters its numbers depend on; it cannot read the others.
     make : Callable[[Context, Section], None] | None
@@ -45,7 +46,8 @@ class Stage:
         """The modules that make the section."""
         if self.make:
             return (self.make.__module__,)
-        return tuple(name if "." in name else f"paper.{name}" for name in self.figures)
+        names = dict.fromkeys(name.partition(":")[0] for name in self.figures)
+        return tuple(name if "." in name else f"paper.{name}" for name in names)
 
     def key(self, context: Context) -> str:
         """Name of the section's numbers: parameters, defaults of the physics, and versions."""
@@ -53,12 +55,12 @@ class Stage:
 
     def show(self, context: Context, section: Section) -> None:
         """Compute, draw and say everything."""
-        for show in (
-            (self.make,)
-            if self.make
-            else (import_module(module).show for module in self.modules)
-        ):
-            show(context, section)
+        if self.make:
+            self.make(context, section)
+        for figure in () if self.make else self.figures:
+            module, _, name = figure.partition(":")
+            home = import_module(module if "." in module else f"paper.{module}")
+            getattr(home, name or "show")(context, section)
 
 
 def is_kept(path: Path, context: Context) -> bool:

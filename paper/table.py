@@ -119,7 +119,7 @@ class Results:
             for key in statement.list_keys():
                 uses[key].append(statement.id)
         rows = [
-            _make_row(key, value, "; ".join(uses[key]))
+            make_row(key, value, "; ".join(uses[key]))
             for key, value in values.items()
             if not isinstance(value, list)
         ]
@@ -181,7 +181,7 @@ def _format(value: Value | None, form: str) -> str:
     return format(int(value.value) if form == "d" else value.value, form)
 
 
-def _make_row(key: str, value: Any, statement: str) -> tuple[Any, ...]:
+def make_row(key: str, value: Any, statement: str) -> tuple[Any, ...]:
     quantity, reading, group = split_key(key)
     cell = value if isinstance(value, Mapping) else {"value": value}
     number = cell.get("value", np.nan)

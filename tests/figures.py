@@ -33,7 +33,7 @@ from feeler.plotting.style import (
     pick_shades,
     style,
 )
-from feeler.report.page import Pictures
+from feeler.report import Pictures
 
 MEASURED = re.compile(
     r"\b(time|angle|speed|distance|force|frequency|length|stiffness|damping|curvature|accuracy)\b"

@@ -33,7 +33,7 @@ _HOMES = {
     "load_antenna": "feeler.antenna.files",
     "release": "feeler.experiments.mechanics",
     "sample_antennas": "feeler.antenna.animals",
-    "sample_trials": "feeler.objects.sampling",
+    "sample_trials": "feeler.objects.task",
     "save": "feeler.tensors.formats",
     "save_antenna": "feeler.antenna.files",
     "touch": "feeler.experiments.tactile",
@@ -75,9 +75,7 @@ def __getattr__(name: str) -> object:
     if name in _HOMES:
         globals()[name] = found = getattr(import_module(_HOMES[name]), name)
         return found
-    if name in (*_PACKAGES, "paper"):  # the last until 0.5
-        return import_module(f"feeler.{name}")
-    if name in _renamed.PACKAGES:
+    if name in (*_PACKAGES, *_renamed.PACKAGES):
         return import_module(f"feeler.{name}")
     raise AttributeError(
         f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}"

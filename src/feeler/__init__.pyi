@@ -38,11 +38,11 @@ from feeler.objects.bodies import Wall as Wall
 from feeler.objects.meshes import Mesh as Mesh
 from feeler.objects.motion import BaseMotion as BaseMotion
 from feeler.objects.outlines import Outline as Outline
-from feeler.objects.sampling import sample_trials as sample_trials
 from feeler.objects.shapes import Ball as Ball
 from feeler.objects.shapes import Box as Box
 from feeler.objects.shapes import Peg as Peg
 from feeler.objects.shapes import Triangle as Triangle
+from feeler.objects.task import sample_trials as sample_trials
 from feeler.objects.trials import Trial as Trial
 from feeler.physics.body import Body as Body
 from feeler.physics.simulation import Simulation as Simulation

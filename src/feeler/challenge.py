@@ -19,7 +19,7 @@ from feeler.errors import InvalidInput
 from feeler.experiments.tactile import touch
 from feeler.files import write_text
 from feeler.objects import Box, Common, Feature, Mixed, Noise, Outline, Relative, Triangle
-from feeler.objects.sampling import SampledTrials, sample_trials
+from feeler.objects.task import SampledTrials, sample_trials
 
 VERSION = 2
 N_TOUCHES, N_EACH = 10_000, 40  # touches; objects of each family

@@ -22,7 +22,7 @@ from feeler.antenna.files import AntennaFile
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, suggest
 from feeler.objects.trials import trials as paper_trials
-from feeler.renamed import rename_antenna
+from feeler.renamed import find_renamed, rename_antenna
 from feeler.validation import checked
 
 
@@ -74,3 +74,5 @@ __all__ = [
     "read_preset",
     "robot",
 ]
+
+__getattr__ = find_renamed(__name__)

@@ -9,7 +9,7 @@ from multiprocessing import parent_process
 from threading import Lock, current_thread, main_thread
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
-from feeler.terminal import _get_terminal, escape
+from feeler.errors import escape, get_terminal
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -155,7 +155,7 @@ class ProgressBar(AbstractContextManager):
             self._bar = Progress(
                 *columns,
                 TextColumn("{task.fields[rate]}"),
-                console=Console(file=_get_terminal(self._stream)),
+                console=Console(file=get_terminal(self._stream)),
             )
             self._bar.start()
             self._bar.add_task(

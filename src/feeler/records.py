@@ -29,10 +29,10 @@ from feeler.validation import (
     FieldError,
     Rules,
     Unit,
-    _make_schema,
-    _name_class,
-    _resolve_hints,
     freeze,
+    make_schema,
+    name_class,
+    resolve_hints,
     show,
 )
 
@@ -301,7 +301,7 @@ class Record:
         if isinstance(value, cls):
             return value
         if not isinstance(value, Mapping):
-            raise FieldError(f"must be {_name_class(cls)}, got {show(value)}")
+            raise FieldError(f"must be {name_class(cls)}, got {show(value)}")
         return cls(**{str(key): item for key, item in value.items()})
 
     def to_plain(self) -> dict[str, Any]:
@@ -318,7 +318,7 @@ class Record:
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
-        return _make_schema(cls.from_plain)
+        return make_schema(cls.from_plain)
 
     def __eq__(self, other: object) -> bool:
         if self is other:
@@ -424,7 +424,7 @@ def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
 
 @functools.cache
 def _find_rules(cls: type) -> Rules:
-    hints = _resolve_hints(cls)
+    hints = resolve_hints(cls)
     return Rules(
         cls.__qualname__,
         {

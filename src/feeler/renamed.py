@@ -14,6 +14,7 @@ PACKAGES = {
     "stimulus": "feeler.objects",
     "task": "feeler.objects",
     "experiment": "feeler",
+    "paper": "feeler.presets",
     "dispersion": "feeler.analysis",
     "information": "feeler.analysis",
     "response": "feeler.analysis",
@@ -40,6 +41,7 @@ NAMES = {
         "TemplateReader": "TemplateClassifier",
         "measure_reader": "measure_classifier",
     },
+    "feeler.presets": {"trials": "paper_trials"},
     "feeler.robot": {"Lessons": "TrainingSet", "draw_lessons": "draw_training_set"},
     "feeler.spikes": {"PoissonReader": "PoissonObserver", "SpikeReader": "SpikeClassifier"},
     "feeler.studio": {
@@ -114,9 +116,10 @@ class _Renamed(MetaPathFinder, Loader):
         def fetch(name: str) -> Any:
             if name.startswith("__"):
                 raise AttributeError(f"module {old!r} has no attribute {name!r}")
-            words = f"{old} is renamed: write `from {new} import {name}`."
+            now = NAMES.get(new, {}).get(name, name)
+            words = f"{old} is renamed: write `from {new} import {now}`."
             warnings.warn(words, DeprecationWarning, stacklevel=2)
-            return getattr(import_module(new), name)
+            return getattr(import_module(new), now)
 
         module.__dict__["__getattr__"] = fetch
 

@@ -61,7 +61,7 @@ class Choice:
         self.names, self.joined = names, joined
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return _make_schema(self._read)
+        return make_schema(self._read)
 
     def _read(self, value: Any) -> str:
         parts = value.split("+") if isinstance(value, str) and self.joined else [value]
@@ -77,7 +77,7 @@ class Choice:
 def _make_kind_reader(kind: type) -> Callable[[Any], Any]:
     """What takes objects of a class, or with what a protocol asks for, as they are."""
     names: tuple[str, ...] = ()
-    words = _name_class(kind)
+    words = name_class(kind)
     if getattr(kind, "_is_protocol", False):
         named = {*vars(kind), *kind.__annotations__}
         names = tuple(sorted(name for name in named if not name.startswith("_")))
@@ -302,7 +302,7 @@ class Rules:
         return f"{subject} must be {_say_rules(hint)}, got {shown}."
 
 
-def _make_schema(read: Callable[[Any], Any]) -> Any:
+def make_schema(read: Callable[[Any], Any]) -> Any:
     """What pydantic calls to have a value read by ``read``."""
     from pydantic_core import core_schema
 
@@ -429,7 +429,7 @@ def _say_rules(hint: Any, many: bool = False) -> str:
         return "an array"
     if many and isinstance(base, type):
         return f"{base.__name__} objects"
-    return _name_class(base if isinstance(base, type) else Callable)
+    return name_class(base if isinstance(base, type) else Callable)
 
 
 def _say_range(beside: list[Any], words: list[str]) -> str:
@@ -455,7 +455,7 @@ def _say_length(beside: list[Any]) -> str:
     return f"{low}" if low == high else f"{low} to {high}"
 
 
-def _name_class(kind: Any) -> str:
+def name_class(kind: Any) -> str:
     """A class in words: "a Trial", "an Antenna"."""
     if kind is Callable:
         return "something to call"
@@ -506,7 +506,7 @@ def _wrap(function: F, name: str) -> F:
     def find_rules() -> tuple[Rules, dict[str, list[str]]]:
         """Resolved at the first call, when the modules that annotations name are there."""
         rest = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
-        found = _resolve_hints(function)
+        found = resolve_hints(function)
         hints = {
             p.name: found[p.name] | None if p.default is None else found[p.name]
             for p in parameters
@@ -536,7 +536,7 @@ def _wrap(function: F, name: str) -> F:
     return call  # type: ignore[return-value]
 
 
-def _resolve_hints(thing: Any) -> dict[str, Any]:
+def resolve_hints(thing: Any) -> dict[str, Any]:
     """The annotations of a function or class; a name that only type checkers import is Any."""
     try:
         return get_type_hints(thing, include_extras=True)

@@ -28,7 +28,7 @@ from feeler.antenna.segments import Antenna
 from feeler.draw import LogRange
 from feeler.objects import Nuisances, Task, Trial, make_feature
 from feeler.plotting.style import PALETTE, mark_places
-from feeler.report.page import Section, make_spread
+from feeler.report import Section, make_spread
 from feeler.tradeoff import UNITS_OF_NOISE
 from paper.context import Context
 from studies.stored import read_declared

@@ -9,7 +9,7 @@ import xarray as xr
 
 from feeler.report import make_interval
 from feeler.tradeoff import average_sets
-from paper.declared import CLAIMED
+from paper.data import CLAIMED
 
 PACES = ("slow", "medium", "fast")
 _KEPT = 95.0  # % of the accuracy that fewer places are to keep

@@ -12,7 +12,7 @@ from feeler.plotting.results import plot_spreads
 from feeler.plotting.style import mark_places, pick_colours
 from feeler.report import Section
 from paper.context import Context
-from paper.declared import CLAIMED
+from paper.data import CLAIMED
 from studies.spikes.found import (
     PACES,
     Found,

@@ -154,6 +154,8 @@ def test_it_is_found_from_the_checkout_and_from_elsewhere(command, inside, tmp_p
 
 
 def test_the_old_name_of_the_touches_of_the_paper_still_works_and_says_so():
-    with pytest.warns(DeprecationWarning, match=r"now feeler\.presets\.paper_trials\(\)"):
+    with pytest.warns(
+        DeprecationWarning, match="write `from feeler.presets import paper_trials`"
+    ):
         touches = feeler.paper.trials(speeds=(0.3,))
     assert touches == feeler.presets.paper_trials(speeds=(0.3,))

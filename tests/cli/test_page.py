@@ -16,7 +16,7 @@ from feeler.antenna.files import load_antenna
 from feeler.calibration import fit_traces, load_traces
 from feeler.cli import app as door
 from feeler.cli.app import app
-from feeler.cli.options import _say_in_shell, list_options
+from feeler.cli.options import list_options, say_in_shell
 from feeler.errors import MissingDependencyError
 from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_validity_warnings
 from feeler.presets import PRESETS, cockroach
@@ -55,7 +55,7 @@ def list_verbs(group=GROUP, before=""):
     ],
 )
 def test_arguments_become_options_of_the_verb(words, message, said):
-    assert _say_in_shell(message, list_options(GROUP, words)).endswith(said)
+    assert say_in_shell(message, list_options(GROUP, words)).endswith(said)
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_advice_of_a_contact_names_options_that_there_are(name, verb):
     ]
     options = list_options(GROUP, name.split())
     for words in said:
-        shown = _say_in_shell(words, options)
+        shown = say_in_shell(words, options)
         assert not re.search(r"contact='|timestep=|Contact of", shown), shown
         assert "contact smooth:" in shown or "contact hard:" in shown, shown
         for option in re.findall(r"(feeler touch )?(--[a-z-]+)", shown):

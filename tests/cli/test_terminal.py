@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from feeler.cli.app import main
+from feeler.errors import _PlainStream, escape
 from feeler.robot.description import get_example
-from feeler.terminal import _PlainStream, escape
 
 OSC, CLEAR, CLIP = "\x1b]0;PWNED\x07", "\x1b[2J\x1b[31m", "\x1b]52;c;cm0=\x07"
 NAMES = [

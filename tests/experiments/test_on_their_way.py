@@ -21,7 +21,7 @@ from feeler.errors import (
 )
 from feeler.execute import processes
 from feeler.experiments import mechanics as impulse
-from feeler.experiments import runner as job
+from feeler.experiments import tactile as job
 from feeler.experiments.mechanics import release
 from feeler.physics.contact import get_contact
 from feeler.physics.scene import Clock

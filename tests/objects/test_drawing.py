@@ -9,7 +9,7 @@ import pytest
 
 from feeler import Outline
 from feeler.errors import InvalidInput
-from feeler.objects.shapes import _measure_area
+from feeler.objects.shapes import measure_area
 
 pytestmark = pytest.mark.usefixtures("guard_in_process")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {page}>{inside}</svg>'
@@ -63,9 +63,7 @@ def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
     outline = Outline.from_file(
         write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001
     )  # centimetres
-    assert abs(_measure_area(outline.vertices)) == pytest.approx(
-        100 * (8 + np.pi / 2), rel=1e-3
-    )
+    assert abs(measure_area(outline.vertices)) == pytest.approx(100 * (8 + np.pi / 2), rel=1e-3)
 
 
 def test_only_lines_that_meet_are_joined(tmp_path):

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.objects import SHAPES, Feature, load_objects, make_feature, parse_feature, place
 from feeler.objects.bodies import DEPTH
 from feeler.objects.distance import compute_clearance
-from feeler.objects.shapes import _is_convex, _measure_area, trace_rim
+from feeler.objects.shapes import _is_convex, measure_area, trace_rim
 
 from ._capsule import Capsule
 
@@ -45,7 +45,7 @@ def test_parts_are_convex_set_back_and_read_only(feature):
     for part in feature.parts:
         assert part.dtype == float
         assert not part.flags.writeable
-        assert len(part) < 3 or (_measure_area(part) > 0 and _is_convex(part, slack=1e-12))
+        assert len(part) < 3 or (measure_area(part) > 0 and _is_convex(part, slack=1e-12))
 
 
 @pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
@@ -302,7 +302,7 @@ def test_parts_fill_the_wall_below_the_profile(steps, repeat):
     height = np.array([height for _, height in steps])
     height[-1] = height[0]
     wall = Wall(profile=np.stack([place, height], axis=1), repeat=repeat)
-    area = sum(_measure_area(part) for part in wall.parts)
+    area = sum(measure_area(part) for part in wall.parts)
     below = repeat * np.trapezoid(height - height.min() + DEPTH, place)
     assert area == pytest.approx(below)
     assert all(_is_convex(part, slack=1e-9) for part in wall.parts)

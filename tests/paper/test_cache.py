@@ -10,7 +10,7 @@ from PIL import Image
 
 from feeler import provenance
 from feeler.errors import FeelerError
-from feeler.report.page import Section
+from feeler.report import Section
 from paper import cache
 from paper.cache import hold, keep, list_sources
 from paper.context import Context
@@ -18,8 +18,7 @@ from paper.fig4 import CachedNMF
 from paper.kept import find_shipped, keep_sections
 from paper.report import OPENING_MOVIE
 from paper.stage import Stage, is_kept, run_stage
-from paper.statements import load_statements
-from paper.verdicts import judge_statements
+from paper.statements import judge_statements, load_statements
 
 
 @pytest.fixture

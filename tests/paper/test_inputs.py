@@ -8,8 +8,7 @@ from feeler.robot.reality import draw_robots, touch_robots
 from feeler.robot.recordings import save_recording
 from paper.context import Context
 from paper.inputs import make_section, read_inputs
-from paper.statements import load_statements
-from paper.verdicts import NEVER, NOT, OWN_WORDS, judge_statements
+from paper.statements import NEVER, NOT, OWN_WORDS, judge_statements, load_statements
 
 TABLE = {"frequency": 17.494, "damping_ratio": 0.5402, "ratio_71": 0.2212, "ratio_86": 0.5517}
 

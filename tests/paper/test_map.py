@@ -16,11 +16,8 @@ from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.tensors.schema import label_units
 from feeler.tensors.transforms import compute_bend, reconstruct_posture
-from paper import fig5_new
-from paper.fig1_touch import draw_moment
-from paper.fig4 import compute_map as compute
-from paper.fig4 import keep_values, measure_margin, span
-from paper.window import (
+from paper import fig5
+from paper.data import (
     complete_arrays,
     cut_to_contact,
     cut_to_motion,
@@ -29,6 +26,9 @@ from paper.window import (
     measure_window,
     resample,
 )
+from paper.fig1 import draw_moment
+from paper.fig4 import compute_map as compute
+from paper.fig4 import keep_values, measure_margin, span
 
 LAGS = (2, 11, 29)
 PLACES = (0.5, 0.6, 0.7, 0.9)
@@ -252,17 +252,17 @@ def make_tensors(blind):
 
 @pytest.mark.parametrize(("blind", "split"), [("size", "size"), ("location", "place")])
 def test_a_new_value_of_what_is_not_felt_costs_nothing(blind, split):
-    found = fig5_new.compute(make_tensors(blind), PLAN)
+    found = fig5.compute_new(make_tensors(blind), PLAN)
     assert found.accuracy[split] == 1.0 and found.change[blind] == 0.0
     assert list(found.parts[split].values()) == pytest.approx([1.0, 1.0])
 
 
 def test_a_change_is_a_share_of_the_norm_and_neighbouring_places_only_are_compared():
-    change = fig5_new.compute(make_tensors(None), PLAN).change
+    change = fig5.compute_new(make_tensors(None), PLAN).change
     assert all(
         value == pytest.approx(np.sqrt(2 / 3)) for value in change.values()
     )  # one of three blips moves
-    assert fig5_new.compute(make_tensors(None), PLAN).chance == {
+    assert fig5.compute_new(make_tensors(None), PLAN).chance == {
         "size": pytest.approx(1 / 6),
         "place": pytest.approx(1 / 4),
     }

@@ -6,7 +6,7 @@ import pytest
 from pypdf import PdfReader
 
 from feeler.plotting.style import DOUBLE, SINGLE
-from feeler.report.page import Section
+from feeler.report import Section
 from paper.context import Context
 from paper.report import write_report
 

@@ -9,8 +9,8 @@ import xarray as xr
 from feeler.decoding.sweeps import Plan
 from feeler.presets import cockroach
 from feeler.tensors.schema import label_units
-from paper import fig1, fig5_bending, fig5_sparse, fig5_speed
-from paper.window import WINDOWS
+from paper import fig1, fig5_data, fig5_sparse
+from paper.data import WINDOWS
 
 PLAN = Plan(ratios=(0.2,), n_repeats=3, n_copies=4)
 ASKED = {
@@ -91,7 +91,7 @@ def test_bending_is_placed_at_the_sensor_that_bends_most_over_the_touch():
     )  # long at the base, short and strong distally
     angle[1, 50, 10:60] = 1.0
     angle[1, 3, 10:60] = -9.0  # the other way: no bending
-    found = fig5_bending.compute(make_touches(angle), antenna)["complete touches"]
+    found = fig5_sparse.compute_bending(make_touches(angle), antenna)["complete touches"]
     place = antenna.hinge_position[antenna.sensors[[0, 50]] - 1] / antenna.length
     np.testing.assert_allclose(found.top, place)
     np.testing.assert_allclose(found.share.sum(axis=1), 1.0)
@@ -99,10 +99,10 @@ def test_bending_is_placed_at_the_sensor_that_bends_most_over_the_touch():
 
 def test_touches_that_bend_one_sensor_each_share_bending_over_all_touches_only():
     one_each, even = np.eye(8), np.full((8, 8), 1 / 8)
-    found = fig5_bending.measure_recruitment(one_each)
+    found = fig5_sparse.measure_recruitment(one_each)
     assert found["in a touch"].estimate == pytest.approx(1.0)
     assert found["over all touches"].estimate == pytest.approx(0.0, abs=1e-12)
-    for mean in fig5_bending.measure_recruitment(even).values():
+    for mean in fig5_sparse.measure_recruitment(even).values():
         np.testing.assert_allclose([mean.estimate, mean.low, mean.high], 0.0, atol=1e-12)
 
 
@@ -153,9 +153,11 @@ def test_a_stiffer_antenna_is_damped_in_proportion():
 def test_identical_tensors_are_told_apart_by_chance():
     angle = make_telling((12, 12, 100))
     labels = np.array([f"{k:02d}" for k in range(12)])
-    sweeps, null = fig5_speed.compute({"slow": (angle, labels)}, replace(PLAN, n_copies=10))
+    sweeps, null = fig5_data.compute_speeds(
+        {"slow": (angle, labels)}, replace(PLAN, n_copies=10)
+    )
     assert sweeps["slow"].noisy.mean() > 0.5 and null.noisy.mean() < 0.25
 
 
 def test_both_windows_have_a_reading_of_every_claim_on_profiles():
-    assert tuple(f"tensors, {window}" for window in WINDOWS) == fig5_speed.TENSORS
+    assert tuple(f"tensors, {window}" for window in WINDOWS) == fig5_data.TENSORS

@@ -6,13 +6,12 @@ import xarray as xr
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
-from feeler.report.page import Section
+from feeler.report import Section
 from feeler.tensors.schema import label_units
 from paper import front
 from paper.kept import SHIPPED
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import COLUMNS, KEPT, PLACE, Results, compare, read_declared, split_key
-from paper.verdicts import judge
 
 VALUES = {
     "dispersion.380 ms window.nmi.slow": {"value": 0.58, "low": 0.5, "high": 0.6, "n": 30},

@@ -10,9 +10,8 @@ from feeler.errors import InvalidInput
 from paper.readings import ANOTHER, NEVER, NOT, OWN_WORDS, WORDS, decide
 from paper.reproduce import STAGES
 from paper.scale import SCALES
-from paper.statements import Statement, load_statements, parse_test
+from paper.statements import Statement, count_verdicts, judge, load_statements, parse_test
 from paper.table import Results, read_declared
-from paper.verdicts import count_verdicts, judge
 
 STAGE = {stage.name: stage for stage in STAGES}
 

@@ -9,9 +9,8 @@ import pytest
 from paper.context import Context
 from paper.reproduce import STAGES, reproduce
 from paper.scale import SCALES
-from paper.statements import load_statements
+from paper.statements import WORDS, count_verdicts, judge_statements, load_statements
 from paper.table import Results, compare, read_declared
-from paper.verdicts import WORDS, count_verdicts, judge_statements
 from tests.figures import LEAST, find_mixed
 from tests.pages import FOREIGN
 from tests.windows import find_one_sided

@@ -61,7 +61,7 @@ def read_corners(scene: Scene, timestep: float) -> list[np.ndarray]:
     """Corners (corner, 2) of each mesh of the compiled model, in its feature's frame, object after
     object.
     """
-    model = mujoco._compile_model(scene, timestep)
+    model = mujoco.compile_model(scene, timestep)
     turn, found = np.empty(9), []
     for geom in np.flatnonzero(model.geom_type == engine.mjtGeom.mjGEOM_MESH):
         mesh = model.geom_dataid[geom]

@@ -18,14 +18,14 @@ from feeler.physics.contact import (
     CONTACTS,
     HARDEST,
     _choose_time_constant,
-    _find_invweight,
+    find_invweight,
     get_contact,
 )
 from feeler.physics.engine import choose_timestep
 from feeler.physics.run import expect_motions, simulate
 from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.physics.simulation import Simulation
-from feeler.physics.spec import _compile_model
+from feeler.physics.spec import compile_model
 from feeler.presets import PRESETS, make_preset
 
 from .scenes import touch
@@ -252,8 +252,8 @@ def test_touches_of_thin_antennas_are_those_of_a_finer_timestep_and_of_mujoco(na
 def test_inverse_weights_in_space_are_mujocos(follicle):
     """Also on a base that gives way, where the whole antenna moves with the first segment."""
     antenna = make_preset("rat-whisker").replace(follicle=follicle)
-    weights = _compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
-    np.testing.assert_allclose(_find_invweight(antenna), weights, rtol=1e-9)
+    weights = compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
+    np.testing.assert_allclose(find_invweight(antenna), weights, rtol=1e-9)
 
 
 def test_motion_commanded_later_widens_as_much_as_motion_from_the_start():

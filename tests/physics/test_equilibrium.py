@@ -5,8 +5,7 @@ import pytest
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.physics.equilibrium import Equilibrium
-from feeler.physics.statics import solve_static
+from feeler.physics.equilibrium import Equilibrium, solve_static
 from feeler.presets import make_preset
 
 

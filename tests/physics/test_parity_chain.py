@@ -290,7 +290,7 @@ def test_every_step_of_a_random_scene_is_mujoco(moving, timestep, n_steps, n_sce
 def test_the_reference_engine_is_bare_mj_step(kind):
     """What the reference engine adds to MuJoCo's step, it adds outside of its numbers."""
     scene, h = touch(kind, n=12, approach=77.7), 0.02
-    model = mujoco._compile_model(scene, h)
+    model = mujoco.compile_model(scene, h)
     data, n = engine.MjData(model), scene.antenna.n_segments
     data.qpos[:n] = scene.initial_angle
     data.qvel[n:] = [
@@ -308,7 +308,7 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
     """MuJoCo made to solve contact with M + hC: armature h·c, damping explicit, contact softness
     left as it was.
     """
-    model = mujoco._compile_model(scene, clock.timestep)
+    model = mujoco.compile_model(scene, clock.timestep)
     n = scene.antenna.n_segments
     model.dof_armature[:n] = clock.timestep * scene.antenna.damping
     model.opt.disableflags |= engine.mjtDisableBit.mjDSBL_EULERDAMP

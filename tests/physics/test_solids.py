@@ -16,7 +16,7 @@ from feeler.physics.engine import ENGINES, Engine, get_engine
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
-from feeler.physics.spec import _compile_model
+from feeler.physics.spec import compile_model
 from tests.physics.scenes import FORCES, check_alike
 from tests.physics.test_space import CARRIED, make
 
@@ -78,7 +78,7 @@ def read_corners(scene: Scene) -> list[np.ndarray]:
     """Corners (corner, 3) of each mesh as MuJoCo keeps them, in single precision about a centre of
     its own, in the frames of their objects.
     """
-    model, turn, found = _compile_model(scene, 0.02), np.empty(9), []
+    model, turn, found = compile_model(scene, 0.02), np.empty(9), []
     for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH):
         mesh, start = model.geom_dataid[geom], model.mesh_vertadr[model.geom_dataid[geom]]
         corners = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import feeler
 from feeler import records as shown
 from feeler.antenna.files import save_antenna
-from feeler.cli.choose import _name_antennas
+from feeler.cli.choose import name_antennas
 from feeler.objects import Box
 from feeler.plotting import tensors as touch_movie
 from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, plot_profiles
@@ -249,7 +249,7 @@ def test_what_is_touched_has_one_colour_in_pictures_and_in_notebooks():
 def test_an_antenna_of_one_s_own_takes_no_colour_that_means_something_else(name, tmp_path):
     """Not even where its file is called as something that has one."""
     save_antenna(cockroach(), path := tmp_path / f"{name}.toml")
-    chosen = _name_antennas(["exponential", str(path)])
+    chosen = name_antennas(["exponential", str(path)])
     assert [*chosen] == ["exponential", name if name == "mine" else f"{name}.toml"]
     assert pick_colours(chosen)[[*chosen][1]] in PALETTE
 

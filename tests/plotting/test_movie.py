@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import feeler
 from feeler.plotting import tensors as touch_movie
-from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock
+from feeler.plotting.antennas import FPS, SLOWER, choose_frames, say_clock
 from feeler.plotting.results import Shapes, plot_shapes
 from feeler.plotting.style import mark_places
 

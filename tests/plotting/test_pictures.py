@@ -17,7 +17,7 @@ from PIL import Image
 from feeler.calibration.hinges import Band
 from feeler.errors import InvalidInput
 from feeler.objects import Ball, Box, Outline, Trial, Wall
-from feeler.plotting import movie, results
+from feeler.plotting import antennas, results
 from feeler.plotting import tensors as touch
 from feeler.plotting.antennas import make_patch, plot_profiles
 from feeler.plotting.results import (
@@ -304,7 +304,7 @@ def test_a_movie_is_sent_frame_by_frame_and_its_still_is_that_of_two_thirds(
         SimpleNamespace(write_frames=write_frames, __spec__="there"),
     )
     figure = Figure(figsize=(4.0, 1.31))
-    path = movie.write_movie(
+    path = antennas.write_movie(
         tmp_path / "a.mp4", figure, lambda k: figure.set_facecolor(str(k / n)), n, fps=9
     )
     greys = [255 * k / n for k in range(n)]

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from feeler.errors import MissingDependencyError
-from feeler.plotting.movie import write_movie
+from feeler.plotting.antennas import write_movie
 
 ROOT = Path(__file__).parents[2]
 UNIX = ("fcntl", "resource", "termios", "pwd", "grp", "pty", "curses")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.plotting.movie import Movie
+from feeler.plotting.antennas import Movie
 from feeler.records import show_html
 from feeler.report import Section, write_page
 from feeler.studio import write_touch_page

@@ -10,7 +10,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"renamed", "terminal"},
+    {"renamed"},
     {"errors", "progress"},
     {"validation"},
     {"records", "draw", "sandbox", "compiled"},
@@ -29,7 +29,7 @@ LAYERS = (
     {"plotting"},
     {"report"},
     {"active", "animal", "challenge", "comparison", "design", "studio", "tradeoff"},
-    {"paper", "__init__"},
+    {"__init__"},
     {"cli", "__main__"},
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}

@@ -22,23 +22,13 @@ from feeler.experiments import tactile as experiment_touch
 from feeler.report import Section
 from feeler.robot import make_touches
 from feeler.wall.distance import _fit_distance
-from paper import (
-    data,
-    fig1,
-    fig3,
-    fig3_family,
-    fig5_bending,
-    fig6,
-    fig6_data,
-    figS4,
-)
+from paper import data, fig1, fig3, fig5_sparse, fig6, figS4
 from paper.context import Context
 from paper.readings import NEVER, NOT
 from paper.reproduce import STAGES
 from paper.scale import QUICK, SCALES
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import Results, read_declared
-from paper.verdicts import judge
 from studies.bounds import section as open_bounds
 from studies.gradient import section as open_gradient
 from studies.speed import section as open_speed
@@ -133,7 +123,7 @@ def show_nothing(kind, seed, name):
         patch.setattr(figS4, "import_torch", lambda: _Torch)
         patch.setattr(figS4, "TouchNetwork", lambda shape, **options: make_lda())
         places = (np.arange(N_SENSORS) + 0.5) / N_SENSORS
-        patch.setattr(fig5_bending, "place_sensors", lambda antenna: places)
+        patch.setattr(fig5_sparse, "place_sensors", lambda antenna: places)
         section = Section(name=name, title="", folder=Path(folder), vector=False)
         stage.show(Context(scale="nothing", out=Path(folder)), section)
     return section.values
@@ -211,11 +201,9 @@ def _find_wall_values(rng):
         for _ in range(n_set_ups)
     ]
     offset = np.abs(rng.random((n_set_ups, 3)) - rng.random((n_set_ups, 3)))
-    family = fig3_family.Family(
-        names=names, choices=(), r2=np.array(r2), offset=offset, cases=()
-    )
+    family = fig3.Family(names=names, choices=(), r2=np.array(r2), offset=offset, cases=())
     said = read_declared("declared.toml")["wall_paper"]
-    values = fig3_family._list_values(family, {name: said[name] for name in names})
+    values = fig3._list_values(family, {name: said[name] for name in names})
     for name, tensors in (("white", rng.random((9, 4, 30))), ("one", np.ones((9, 4, 30)))):
         wall = SimpleNamespace(
             contact=np.ones((9, 30), dtype=bool),
@@ -237,7 +225,7 @@ def set_up(request, scale, tmp_path_factory):
         return NOTHING[request.param](make_touches(speeds=[speed]), rng)[:, :8]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig6_data, "touch_robot", simulate)
+        patch.setattr(fig6, "touch_robot", simulate)
         fig6._compare(Context(scale=scale, out=out), section)
     return judge_all(section.values | _find_wall_values(rng))
 

@@ -13,13 +13,13 @@ from typer.testing import CliRunner
 from feeler.errors import InvalidInput
 from feeler.robot.description import EXAMPLES, get_example
 from feeler.tracking import load_tracks
-from paper import fig6_data, figS2
+from paper import fig6, figS2
 from paper.scale import SCALES
 
 
 @pytest.fixture(scope="module")
 def data():
-    return fig6_data.compute(SCALES["smoke"])
+    return fig6.compute(SCALES["smoke"])
 
 
 def test_figS2_gives_back_what_was_planted_and_says_synthetic():

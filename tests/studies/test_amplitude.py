@@ -6,9 +6,8 @@ import xarray as xr
 
 from feeler.objects import Common
 from feeler.presets import cockroach
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import Results
-from paper.verdicts import judge
 from studies.amplitude import measure
 from studies.amplitude.section import CONTROLS, collect_values, list_effects
 from studies.stored import read_declared

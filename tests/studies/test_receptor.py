@@ -5,9 +5,8 @@ import pytest
 import xarray as xr
 
 from feeler.presets import cockroach
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import Results
-from paper.verdicts import judge
 from studies.receptor.section import (
     PUBLISHED_RATE,
     collect_values,

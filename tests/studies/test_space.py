@@ -5,9 +5,8 @@ import pytest
 import xarray as xr
 
 from feeler.presets import cockroach
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import Results
-from paper.verdicts import judge
 from studies.space import measure
 from studies.space.section import FEW, collect_values
 from studies.stored import read_declared

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from feeler.objects.trials import SPEEDS
-from paper.declared import CLAIMED
+from paper.data import CLAIMED
 from paper.readings import NEVER, NOT
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import Results
-from paper.verdicts import judge
 from studies.spikes.found import PACES, collect_values
 from studies.spikes.section import (
     CHANGES,

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from feeler.presets import cockroach
-from paper.statements import load_statements
+from paper.statements import judge, load_statements
 from paper.table import Results
-from paper.verdicts import judge
 from studies.stored import read_declared
 from studies.unseen import measure
 from studies.unseen.section import SHOWN, WORDS, collect_values

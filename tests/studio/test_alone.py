@@ -15,9 +15,9 @@ from feeler.physics.scene import Clock
 from feeler.physics.simulation import build_scene
 from feeler.studio import export as alone
 from feeler.studio import study
-from feeler.studio.decoder import Range, _pack_templates
 from feeler.studio.export import _bundle, _pack_antenna, _pack_contact, _pack_shape, make_file
 from feeler.studio.requests import AntennaRequest, TouchRequest
+from feeler.studio.study import Range, _pack_templates
 
 from ._page import APP, ask, press, stop_at, wait_for
 

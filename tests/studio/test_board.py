@@ -20,8 +20,8 @@ from feeler.robot import (
 )
 from feeler.robot.description import get_example
 from feeler.studio import Boards, study
-from feeler.studio.decoder import ANSWERS
 from feeler.studio.live import _LEAST_STEP, _WINDOW, Judge, listen
+from feeler.studio.study import ANSWERS
 
 from .test_session import Page
 

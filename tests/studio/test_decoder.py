@@ -9,9 +9,9 @@ from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial
 from feeler.presets import make_preset
 from feeler.studio import study
-from feeler.studio.decoder import ANSWERS, KINDS, Range, TouchDecoder
 from feeler.studio.requests import AntennaRequest, ObjectRequest, TouchRequest
 from feeler.studio.session import Session
+from feeler.studio.study import ANSWERS, KINDS, Range, TouchDecoder
 
 WISH = AntennaRequest(preset="robot")
 SPEED = 0.3

@@ -13,7 +13,6 @@ import pytest
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.sensilla import TABLE, _encode_touch
-from feeler.studio.decoder import KINDS, Range, TouchDecoder
 from feeler.studio.export import (
     _bundle,
     _pack,
@@ -30,6 +29,7 @@ from feeler.studio.requests import (
 )
 from feeler.studio.server import FILES
 from feeler.studio.session import pack
+from feeler.studio.study import KINDS, Range, TouchDecoder
 
 TESTS = ("page.test.mjs", "drawn.test.mjs", "app.test.mjs")
 WISHES = (

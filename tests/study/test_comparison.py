@@ -13,8 +13,8 @@ from feeler.encoding import LABELS, compute_histogram_entropy
 from feeler.errors import ModelValidityWarning
 from feeler.experiments.tactile import DURATION
 from feeler.objects.trials import trials
+from paper.data import complete_tensors
 from paper.scale import SCALES
-from paper.window import complete_tensors
 
 
 @pytest.fixture(scope="module")

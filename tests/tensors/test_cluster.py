@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput, StoreError
 from feeler.execute import open_cluster
-from feeler.experiments import runner as job
+from feeler.experiments import tactile as job
 from feeler.tensors.formats import load
 
 from ._touches import run
@@ -93,7 +93,7 @@ def test_the_verb_takes_a_cluster(client, tmp_path, address, size):
 
 @pytest.mark.parametrize("address", ["local:0", "local:many", "nowhere"])
 def test_no_cluster_there(address, monkeypatch):
-    monkeypatch.setattr("feeler.execute.cluster._PATIENCE", 0.2)
+    monkeypatch.setattr("feeler.execute.processes._PATIENCE", 0.2)
     words = r"local:N starts N processes|no scheduler answers"
     with pytest.raises(InvalidInput, match=words), open_cluster(address):
         pass

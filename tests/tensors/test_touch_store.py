@@ -15,7 +15,7 @@ import feeler
 from feeler import provenance
 from feeler.errors import InvalidInput, SimulationDivergedError, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
-from feeler.experiments import runner as job
+from feeler.experiments import tactile as job
 from feeler.tensors.formats import load
 
 from ._sets import forget
@@ -107,7 +107,7 @@ def test_a_lone_touch_is_that_of_workers_to_the_last_bit(tmp_path):
 
 
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
-    from feeler.experiments import runner as module
+    from feeler.experiments import tactile as module
 
     real = module._run_lanes
 

@@ -12,10 +12,10 @@ from feeler.presets import cockroach
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
 from feeler.wall.distance import SETUP_CHOICES
 from paper import fig3
-from paper.fig3_family import (
+from paper.fig3 import (
     Family,
     _list_readings,
-    compute,
+    compute_family,
     list_readings,
     list_setups,
 )
@@ -117,7 +117,7 @@ def test_where_too_little_is_defined_nothing_is_judged():
 
 def test_an_undefined_r2_is_never_a_number():
     antennas = {name: cockroach(name) for name in ("exponential", "uniform")}
-    family = compute(
+    family = compute_family(
         antennas,
         part="smoke",
         known=[

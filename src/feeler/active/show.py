@@ -14,8 +14,14 @@ from feeler.active.observer import Observer, Policy
 from feeler.active.tasks import Arena
 from feeler.antenna.segments import Antenna
 from feeler.physics.scene import Scene
-from feeler.plotting.antennas import MovingAntenna, make_patch
-from feeler.plotting.movie import SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.antennas import (
+    SLOWER,
+    MovingAntenna,
+    choose_frames,
+    make_patch,
+    say_clock,
+    write_movie,
+)
 from feeler.plotting.style import style
 from feeler.validation import checked
 

@@ -14,8 +14,7 @@ from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
 from feeler.objects import Common, Nuisances, Task, parse_noise
 from feeler.objects.motion import BaseMotion
-from feeler.objects.sampling import SampledTrials
-from feeler.objects.task import is_number
+from feeler.objects.task import SampledTrials, is_number
 from feeler.objects.trials import make_features
 from feeler.physics.contact import DEEP, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, MICRO, State

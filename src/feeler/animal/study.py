@@ -36,9 +36,9 @@ from feeler.objects.shapes import parse_feature
 from feeler.objects.trials import Trial
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.equilibrium import compute_point
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene, make_scene
-from feeler.physics.statics import compute_point
 from feeler.presets import PRESETS, make_preset
 from feeler.progress import Advance
 from feeler.records import Shown

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from feeler.antenna.profiles import PROFILES, _compute_beam, _sample_quantity, evaluate
+from feeler.antenna.profiles import PROFILES, compute_beam, evaluate, sample_quantity
 from feeler.antenna.segments import HINGE, MAX_SEGMENTS, Antenna, Follicle
 from feeler.errors import InvalidInput
 from feeler.files import parse_toml, read_toml_text, save_toml, write_toml
@@ -141,7 +141,7 @@ def make_beam(
         "damping_time": 0.0,
         "shear_modulus": None,
     }
-    return _compute_beam(
+    return compute_beam(
         **{
             **optional,
             **given,
@@ -375,7 +375,7 @@ class _Reader:
             self.check_keys(name, table, ("unit", "formula", *SOURCE_KEYS))
             formula = self.scale(self.text(name, "formula", table["formula"]), factor)
             return (
-                self.attempt(name, "formula", lambda: _sample_quantity(formula, n, lengths)),
+                self.attempt(name, "formula", lambda: sample_quantity(formula, n, lengths)),
                 formula,
             )
         if forms == ["profile"]:
@@ -583,7 +583,7 @@ def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:
     if source is None or not source.formula or getattr(antenna, name).ndim == 2:
         return ""
     lengths = None if name == "segment_length" else antenna.segment_length
-    found = _sample_quantity(source.formula, antenna.n_segments, lengths)
+    found = sample_quantity(source.formula, antenna.n_segments, lengths)
     return source.formula if np.array_equal(found, getattr(antenna, name)) else ""
 
 

@@ -116,7 +116,7 @@ PROFILES = {
 }
 
 
-def _sample_quantity(
+def sample_quantity(
     value: Any, n_segments: int, segment_length: np.ndarray | None = None
 ) -> np.ndarray:
     """Values (segment,) of a number, an array, a profile or a formula."""
@@ -242,7 +242,7 @@ each segment's.
 
 
 @np.errstate(all="ignore")  # the antenna refuses what is no finite number
-def _compute_beam(
+def compute_beam(
     length: float | Sequence[float] | np.ndarray,
     n_segments: int | None,
     radius: Along | None,

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from feeler.antenna.profiles import Along, _compute_beam, _sample_quantity
+from feeler.antenna.profiles import Along, compute_beam, sample_quantity
 from feeler.errors import InvalidInput
 from feeler.records import Ge, Gt, Record, Unit, freeze, make_picture
 from feeler.validation import Count, checked, show
@@ -308,7 +308,7 @@ class Antenna(Record):
         ModelValidityWarning
             Density, modulus, length or radius are those of another unit rather than of an antenna.
         """
-        beam = _compute_beam(
+        beam = compute_beam(
             length,
             n_segments,
             radius,
@@ -340,9 +340,9 @@ class Antenna(Record):
         """
         if (length is None) == ("segment_length" not in fields):
             raise InvalidInput("give either length [mm], for even segments, or segment_length.")
-        lengths = _sample_quantity(fields.pop("segment_length", f"{length!r} / N"), n_segments)
+        lengths = sample_quantity(fields.pop("segment_length", f"{length!r} / N"), n_segments)
         quantities = {
-            k: _sample_quantity(v, n_segments, lengths)
+            k: sample_quantity(v, n_segments, lengths)
             for k, v in fields.items()
             if k in _QUANTITIES
         }

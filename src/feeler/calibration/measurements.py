@@ -18,7 +18,7 @@ from feeler.antenna.files import BEAM_UNITS
 from feeler.antenna.segments import Antenna
 from feeler.calibration.traces import MAX_GAP, Traces, _cut_at_release, bridge, find_rest
 from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning
-from feeler.physics.statics import compute_point, solve_static
+from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.records import Ge, Gt, Len, Record, Unit
 from feeler.tensors.table import Table, read_table
 from feeler.tracking import Tracks, load_tracks

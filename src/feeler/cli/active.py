@@ -20,7 +20,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, _try_movie, report_interrupt, say
+from feeler.cli.options import Json, report_interrupt, say, try_movie
 from feeler.progress import ProgressBar
 
 
@@ -79,7 +79,7 @@ def active(
         observer = contest.make_observer(chosen, 0)
         for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
             write = partial(write_film, film_policy(observer, parse_policy(name)))
-            film = _try_movie(write, out / f"policy{number + 1}.mp4")
+            film = try_movie(write, out / f"policy{number + 1}.mp4")
             films |= {} if film is None else {name: film}
     often = "once" if copies == 1 else f"{copies} times"
     conditions = (

@@ -21,7 +21,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import _require_new
+from feeler.cli.options import require_new
 from feeler.errors import InvalidInput
 
 
@@ -63,7 +63,7 @@ def antenna(
     from feeler.antenna.files import save_antenna
     from feeler.presets import read_preset
 
-    _require_new(file)
+    require_new(file)
     if source is not None:
         made = {"modulus": modulus, "density": density, "damping_time": damping_time}
         _convert(file, source, {k: v for k, v in made.items() if v is not None}, planes)

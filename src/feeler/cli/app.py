@@ -9,10 +9,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from feeler.cli.options import Commands, _add_verb, _say_in_shell, list_options
-from feeler.errors import FeelerError, lacks_memory, say_warnings
+from feeler.cli.options import Commands, add_verb, list_options, say_in_shell
+from feeler.errors import FeelerError, escape, lacks_memory, plain_output, say_warnings
 from feeler.files import FULL
-from feeler.terminal import escape, plain_output
 
 _GROUPS = {
     "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),
@@ -65,7 +64,7 @@ app = Commands(
     rich_markup_mode=None,
 )
 for verb in _VERBS:
-    _add_verb(app, verb)
+    add_verb(app, verb)
 
 
 def _show_version(asked: bool) -> None:
@@ -144,7 +143,7 @@ def _give_up() -> None:
 
 def _put_in_shell(words: str) -> str:
     """A message in the options of the verb that was called."""
-    return _say_in_shell(words, list_options(typer.main.get_command(app), sys.argv[1:]))
+    return say_in_shell(words, list_options(typer.main.get_command(app), sys.argv[1:]))
 
 
 def _explain(error: OSError) -> str:

@@ -414,7 +414,7 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     """Recordings and fits as NWB, one trial a trace."""
     import xarray as xr
 
-    from feeler.cli.choose import _parse_start
+    from feeler.cli.choose import parse_start
     from feeler.tensors.writers import save_nwb
 
     shares = {"displacement": traces.displacement, "fitted": result.simulated}
@@ -428,7 +428,7 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     save_nwb(
         dataset,
         path,
-        session_start=_parse_start(session_start),
+        session_start=parse_start(session_start),
         identifier=f"calibration {path.resolve().parent.name}",
         subject=", ".join(result.animals),
     )

@@ -50,7 +50,7 @@ def name_classifier(text: str) -> str:
     return text
 
 
-def _choose_planar(name: str) -> Antenna:
+def choose_planar(name: str) -> Antenna:
     """As :func:`choose_antenna`; of an antenna in space its planar twin, which is said."""
     antenna = choose_antenna(name)
     if not antenna.spatial:
@@ -59,7 +59,7 @@ def _choose_planar(name: str) -> Antenna:
     return antenna.flatten()
 
 
-def _name_antennas(
+def name_antennas(
     names: Sequence[str], choose: Callable[[str], Antenna] = choose_antenna
 ) -> dict[str, Antenna]:
     """The chosen antennas by what a page calls them: a file by its name without ending, but with it
@@ -109,7 +109,7 @@ def choose_executor(
 ) -> Iterator[Any]:
     """Threads, processes, or a cluster's workers, for as long as they are needed."""
     from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
-    from feeler.execute.cluster import hush
+    from feeler.execute.processes import hush
 
     if cluster is not None and (processes or workers is not None):
         raise InvalidInput("give either --cluster, or --workers and --processes.")
@@ -122,7 +122,7 @@ def choose_executor(
         yield ClusterExecutor(client)
 
 
-def _parse_start(text: str) -> datetime:
+def parse_start(text: str) -> datetime:
     """When an NWB session began."""
     try:
         return datetime.fromisoformat(text)

@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, _describe_timesteps, say
+from feeler.cli.options import Json, describe_timesteps, say
 from feeler.errors import InvalidInput
 
 
@@ -46,7 +46,7 @@ def compare(
 
     Dispersion, entropy and accuracy against noise of several antennas, on one page.
     """
-    from feeler.cli.choose import _name_antennas, name_classifier
+    from feeler.cli.choose import name_antennas, name_classifier
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
@@ -60,7 +60,7 @@ def compare(
             "give at least two different antennas to compare, as in: feeler compare exponential"
             " uniform."
         )
-    chosen = _name_antennas(antennas)
+    chosen = name_antennas(antennas)
     if len(chosen) < len(set(antennas)):
         raise InvalidInput(
             f"two antennas have the same name ({', '.join(antennas)}); rename one of the files."
@@ -88,7 +88,7 @@ def compare(
     rows = [("", *data.names), *data.list_rows()]
     ratios = ", ".join(f"{100 * ratio:g}" for ratio in effort.plan.ratios)
     conditions = (
-        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, {_describe_timesteps(chosen)},"
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
         f" {len(touches)} touches at {speed:g} m/s."
         " Complete touches, equally many samples of each antenna until its last touch lets go: "
         + ", ".join(f"{name} {end:.0f} ms" for name, end in ends.items())

@@ -22,7 +22,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import _require_new
+from feeler.cli.options import require_new
 from feeler.errors import InvalidInput
 from feeler.sandbox import Limits
 
@@ -57,12 +57,12 @@ def convert(
     Write tensors in another format, with their configuration, units, versions, seeds and
     licence.
     """
-    from feeler.cli.choose import _parse_start
-    from feeler.cli.info import _name_instead
+    from feeler.cli.choose import parse_start
+    from feeler.cli.info import name_instead
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 
-    _require_new(target)
+    require_new(target)
     if find_bag(source) is not None:
         _convert_bag(source, target)
         return
@@ -81,12 +81,12 @@ def convert(
         "institution": institution,
     }
     if session_start:
-        given["session_start"] = _parse_start(session_start)
+        given["session_start"] = parse_start(session_start)
     options = {name: value for name, value in given.items() if name in wanted}
     try:
         tensors = load(source, Limits(max_bytes=int(max_gib * 2**30)))
     except InvalidInput as error:
-        raise _name_instead(source, "tensors") or error from None
+        raise name_instead(source, "tensors") or error from None
     save(tensors, target, **options)
     typer.echo(f"wrote {target}")
 

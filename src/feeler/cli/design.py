@@ -18,7 +18,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, _require_new, report_interrupt, say
+from feeler.cli.options import Json, report_interrupt, require_new, say
 from feeler.files import write_text
 from feeler.progress import ProgressBar
 
@@ -75,7 +75,7 @@ def design(
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
-        _require_new(task)
+        require_new(task)
         write_text(task, TEMPLATE.format(file=task.name))
         typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
         return

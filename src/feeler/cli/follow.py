@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import EngineName, Json, _try_movie, say
+from feeler.cli.options import EngineName, Json, say, try_movie
 from feeler.files import write_text
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
@@ -58,11 +58,11 @@ def follow(
     as_json: Json = False,
 ) -> None:
     """Run a body along a wall, steered by its antenna."""
-    from feeler.cli.choose import _choose_planar
+    from feeler.cli.choose import choose_planar
     from feeler.wall import FOLLOWING, Controller, calibrate, follow, make_turn
     from feeler.wall.following import RUN_UP, measure_scale
 
-    chosen = _choose_planar(antenna)
+    chosen = choose_planar(antenna)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     how: dict[str, Any] = {
@@ -172,7 +172,7 @@ def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: b
         write_text(out / "follow.csv", run.to_frame().to_csv(index=False))
         files += ["run.png", "follow.csv"]
     write = None if run is None or not movie else partial(write_run_movie, run)
-    if write and (path := _try_movie(write, out / "follow.mp4")):
+    if write and (path := try_movie(write, out / "follow.mp4")):
         section.movie(path, f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature.")
         files.append(path.name)
     if known is not None:

@@ -15,10 +15,9 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, _say_in_shell, list_options, say_json
-from feeler.errors import FeelerError, InvalidInput
+from feeler.cli.options import Json, list_options, say_in_shell, say_json
+from feeler.errors import FeelerError, InvalidInput, escape
 from feeler.sandbox import Limits
-from feeler.terminal import escape
 
 _NEXT = {
     "tensors": "feeler convert {0} NAME.nwb writes it in another format; feeler validate {0}",
@@ -47,7 +46,7 @@ def info(
     """
     from feeler.tensors.formats import describe_file
 
-    limits, also = Limits(max_bytes=int(max_gib * 2**30)), _list_rooms()
+    limits, also = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
     found, refused = {}, []
     for file in files:
         try:
@@ -70,10 +69,10 @@ def _translate(message: str) -> str:
 
     group = typer.main.get_command(app)
     options = list_options(group, ["robot", "check"]) | list_options(group, ["tracks"])
-    return _say_in_shell(message, options)
+    return say_in_shell(message, options)
 
 
-def _name_instead(path: str | Path, kind: str) -> FeelerError | None:
+def name_instead(path: str | Path, kind: str) -> FeelerError | None:
     """What a file is that holds nothing of this kind, and the command that takes it; None where it
     may be of the kind, but is at fault, or is unknown.
     """
@@ -83,8 +82,8 @@ def _name_instead(path: str | Path, kind: str) -> FeelerError | None:
         return None
     name, likely = Path(path).name, set()
     try:
-        likely = {form.kind for form in find_formats(path, _list_rooms()).values()}
-        form, content = open_file(path, None, _list_rooms())
+        likely = {form.kind for form in find_formats(path, list_rooms()).values()}
+        form, content = open_file(path, None, list_rooms())
     except FeelerError as error:
         return error if "cannot" not in str(error) and kind not in likely else None
     if form.kind == kind or (form.kind == "table" and kind != "tensors"):
@@ -96,7 +95,7 @@ def _name_instead(path: str | Path, kind: str) -> FeelerError | None:
     return InvalidInput(f"{said} Next: {advice}." if advice else said)
 
 
-def _list_rooms() -> dict[str, Any]:
+def list_rooms() -> dict[str, Any]:
     """The formats that stand beside tensors' own: what designs, robots and trackers write, and
     tables that no verb reads as they are.
     """

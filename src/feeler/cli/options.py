@@ -39,7 +39,7 @@ def say(as_json: bool, plain: object, lines: Iterable[str]) -> None:
         typer.echo(line)
 
 
-def _try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
+def try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
     """The movie that was written, or None where the library for movies is missing, said so."""
     try:
         return write(path)
@@ -58,7 +58,7 @@ def report_interrupt(words: str) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-def _require_new(file: Path) -> None:
+def require_new(file: Path) -> None:
     """Refuse to write over what is there."""
     if file.exists():
         raise InvalidInput(f"{file} exists already. Choose another name.")
@@ -78,7 +78,7 @@ def say_adapted(tensors: Any) -> str:
     )
 
 
-def _describe_timesteps(antennas: Mapping[str, Any]) -> str:
+def describe_timesteps(antennas: Mapping[str, Any]) -> str:
     """The default timesteps of some antennas, by name where they differ."""
     from feeler.physics.contact import get_contact
     from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -209,7 +209,7 @@ def list_options(group: Any, words: list[str]) -> dict[str, str]:
     return {name: option for name, option in longest.items() if option.startswith("--")}
 
 
-def _say_in_shell(message: str, options: dict[str, str]) -> str:
+def say_in_shell(message: str, options: dict[str, str]) -> str:
     """A message of the library in the words of the command line.
 
     ``frame_rate=`` becomes ``--frame-rate``, ``gaps='bridge'`` ``--gaps bridge`` and ``Trial.speed
@@ -267,7 +267,7 @@ EngineName = Annotated[
 ]
 
 
-def _add_verb(app: typer.Typer, name: str) -> None:
+def add_verb(app: typer.Typer, name: str) -> None:
     """Add the command ``name``: the function of this name in ``feeler/cli/NAME.py``, or all
     commands of the ``app`` there, with the examples that the file begins with.
 

@@ -54,7 +54,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Commands, Json, _require_new, list_examples, say
+from feeler.cli.options import Commands, Json, list_examples, require_new, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -427,7 +427,7 @@ def train(
     from feeler.robot.decoder import train_decoder
 
     for file in (out, *([header] if header else [])):
-        _require_new(file)
+        require_new(file)
     if not out.parent.is_dir():
         raise InvalidInput(f"there is no folder {out.parent}. Make it first.")
     chosen = _Robot(robot, joints)

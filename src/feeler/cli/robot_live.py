@@ -13,7 +13,7 @@ from typing import Annotated, Any, BinaryIO
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, _require_new, say, say_json
+from feeler.cli.options import Json, require_new, say, say_json
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
@@ -265,7 +265,7 @@ def board(
     """
     from importlib.resources import files
 
-    _require_new(file)
+    require_new(file)
     text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
     write_text(
         file,

@@ -141,7 +141,7 @@ class _Robot:
 
     def load(self, path, lines: Any, outside: str, bad_channels: str, **units: Any) -> Any:
         """A recording as angles; ``lines`` are the sensors' calibration."""
-        from feeler.cli.info import _name_instead
+        from feeler.cli.info import name_instead
         from feeler.robot import load_recording
 
         try:
@@ -149,7 +149,7 @@ class _Robot:
                 path, **self.channels, bad_channels=bad_channels, **units
             )
         except InvalidInput as error:
-            raise _name_instead(path, "recording") or error from None
+            raise name_instead(path, "recording") or error from None
         if self.decoder is not None:
             self.decoder.check_robot(recording.robot, Path(path).name)
         if recording.quantity == "angle":

@@ -108,7 +108,7 @@ def spikes(
     spikes.nwb).
     """
     said = SimpleNamespace(**locals())
-    from feeler.cli.choose import _parse_start
+    from feeler.cli.choose import parse_start
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
 
@@ -117,7 +117,7 @@ def spikes(
         return
     if bool(said.session_start) != bool(said.identifier):
         raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
-    start = _parse_start(said.session_start) if said.session_start else None
+    start = parse_start(said.session_start) if said.session_start else None
     if start:
         require_extra("pynwb", "nwb", "writing NWB")
     said.out.mkdir(parents=True, exist_ok=True)

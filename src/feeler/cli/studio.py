@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from feeler.cli.options import _require_new
+from feeler.cli.options import require_new
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 
@@ -85,7 +85,7 @@ def _write(file: Path, antenna: "AntennaRequest") -> None:
     """Write the standalone page."""
     from feeler.studio import TouchRequest, write_touch_page
 
-    _require_new(file)
+    require_new(file)
     if not file.parent.is_dir():
         raise InvalidInput(
             f"{file.parent} is no folder. Make it first, or choose another place."

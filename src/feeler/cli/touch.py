@@ -249,7 +249,7 @@ def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
     """The touch as a movie, where there is what writes movies."""
     from feeler.errors import MissingDependencyError
     from feeler.plotting import write_touch_movie
-    from feeler.plotting.movie import SLOWER
+    from feeler.plotting.antennas import SLOWER
 
     path = section.folder / "movie.mp4"
     try:

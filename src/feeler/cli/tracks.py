@@ -38,7 +38,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, _say_in_shell, list_options, say, say_json
+from feeler.cli.options import Json, list_options, say, say_in_shell, say_json
 from feeler.errors import InvalidInput, ModelValidityWarning
 
 _SIDES = ("left", "right")
@@ -317,13 +317,13 @@ def _read_cutoff(text: str) -> float | str:
 
 
 def _load(file: Path, how: dict[str, Any]) -> Any:
-    from feeler.cli.info import _name_instead
+    from feeler.cli.info import name_instead
     from feeler.tracking import load_tracks
 
     try:
         return load_tracks(file, **how)
     except InvalidInput as error:
-        raise _name_instead(file, "tracks") or error from None
+        raise name_instead(file, "tracks") or error from None
 
 
 def _describe(
@@ -362,7 +362,7 @@ def _describe(
                 "left_out": result.left_out[k],
                 "notes": trial.notes,
                 "rhythm": _describe_rhythm(result.sweeps[k], trial.interval),
-                "remarks": [_say_in_shell(words, options) for words in result.remarks[k]],
+                "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
             }
         )
     overall, lateral = _drop_nan([result.mean, result.lateral_speed])
@@ -574,7 +574,7 @@ def _save_poses(
     said: SimpleNamespace, trials: list, edges: list, settings: dict[str, Any]
 ) -> None:
     """tracks.nwb: all landmarks of all trials."""
-    from feeler.cli.choose import _parse_start
+    from feeler.cli.choose import parse_start
     from feeler.tracking import save_poses
 
     if said.out is None:
@@ -585,7 +585,7 @@ def _save_poses(
     save_poses(
         trials,
         said.out / "tracks.nwb",
-        session_start=_parse_start(said.session_start),
+        session_start=parse_start(said.session_start),
         identifier=f"tracks {said.out.resolve().name}",
         edges=edges,
         subject=said.subject,

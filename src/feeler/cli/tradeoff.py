@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, _describe_timesteps, say
+from feeler.cli.options import Json, describe_timesteps, say
 from feeler.progress import ProgressBar
 
 
@@ -60,7 +60,7 @@ def tradeoff(
     Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import _name_antennas, name_classifier
+    from feeler.cli.choose import name_antennas, name_classifier
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
@@ -74,14 +74,14 @@ def tradeoff(
             if value
         }
     )
-    chosen = _name_antennas(antenna or ["exponential"])
+    chosen = name_antennas(antenna or ["exponential"])
     out.mkdir(parents=True, exist_ok=True)
     with ProgressBar(f"touching with {', '.join(chosen)}") as progress:
         measured = split_measured(
             study.run(chosen, journal=journal, workers=workers, progress=progress)
         )
     conditions = (
-        f"Engine {DEFAULT_ENGINE}, {_describe_timesteps(chosen)},"
+        f"Engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
         f" {study.sets} sets, seed {study.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, study, out, conditions)

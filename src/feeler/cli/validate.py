@@ -13,8 +13,8 @@ from typing import Annotated
 import typer
 
 from feeler.cli.options import Json, say
+from feeler.errors import escape
 from feeler.sandbox import Limits
-from feeler.terminal import escape
 
 
 def validate(
@@ -32,10 +32,10 @@ def validate(
     Checks touches and checksums, and whether other files can be read; exit code 1 if anything
     is wrong.
     """
-    from feeler.cli.info import _list_rooms
+    from feeler.cli.info import list_rooms
     from feeler.tensors.formats import find_problems
 
-    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), _list_rooms()
+    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
     found = {file: find_problems(file, limits, rooms) for file in files}
     plain = [{"file": f, "valid": not p, "problems": p} for f, p in found.items()]
     lines = [

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, _try_movie, say
+from feeler.cli.options import Json, say, try_movie
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 
@@ -65,7 +65,7 @@ def wall(
     Let a wall approach each antenna, and fit the wall's distance to the place of greatest
     curvature.
     """
-    from feeler.cli.choose import _choose_planar, _name_antennas
+    from feeler.cli.choose import choose_planar, name_antennas
     from feeler.wall import Posture, approach, map_distance
     from feeler.wall.following import measure_scale
 
@@ -74,8 +74,8 @@ def wall(
     said: dict[str, Any] = {"reading": reading, "prebend": prebend, "tip_heading": tip}
     posture = Posture(inter_antennal_angle=angle, friction=friction, hook_share=hook, **said)
     sweeps = {}
-    chosen = _name_antennas(
-        antennas or ["exponential", "linear", "uniform", "matched"], _choose_planar
+    chosen = name_antennas(
+        antennas or ["exponential", "linear", "uniform", "matched"], choose_planar
     )
     for name, antenna in chosen.items():
         last = measure_scale(antenna) * _FAR if far is None else far
@@ -230,7 +230,7 @@ def _save(
     several = next(iter(sweeps.values())).distance.size > 1
     files = ["wall.html", "wall.csv", "shapes.png", "maps.png"]
     write = partial(write_sweeps_movie, sweeps)
-    if movie and several and (path := _try_movie(write, out / "wall.mp4")):
+    if movie and several and (path := try_movie(write, out / "wall.mp4")):
         section.movie(
             path, "A wall comes nearer; colours: curvature beyond rest, on one scale."
         )

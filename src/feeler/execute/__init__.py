@@ -4,8 +4,13 @@ interface.
 
 from feeler.errors import OutOfMemory
 from feeler.execute.batch import Executor, Outcome, run_batch, run_groups
-from feeler.execute.cluster import ClusterExecutor, open_cluster
-from feeler.execute.processes import CRASHES, ProcessExecutor, WorkerCrashed
+from feeler.execute.processes import (
+    CRASHES,
+    ClusterExecutor,
+    ProcessExecutor,
+    WorkerCrashed,
+    open_cluster,
+)
 from feeler.execute.threads import ThreadExecutor
 
 __all__ = [

@@ -13,9 +13,9 @@ from feeler.objects.shapes import Ball
 from feeler.objects.trials import FRICTION, Trial
 from feeler.physics.contact import Contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
-from feeler.physics.statics import compute_point, solve_static
 from feeler.provenance import LICENCE, list_versions, to_jsonable, write_canonical
 from feeler.records import Gt, Le, Len, Unit
 from feeler.tensors.schema import label_units, make_motion_tensors

@@ -12,7 +12,6 @@ from feeler.objects.meshes import Mesh
 from feeler.objects.motion import BaseMotion, Flow
 from feeler.objects.noise import NOISES, Common, Mixed, Noise, Relative, parse_noise
 from feeler.objects.outlines import Outline
-from feeler.objects.sampling import SampledTrials, sample_trials
 from feeler.objects.shapes import (
     SHAPES,
     Ball,
@@ -24,7 +23,7 @@ from feeler.objects.shapes import (
     parse_feature,
     split_convex,
 )
-from feeler.objects.task import Nuisances, Task
+from feeler.objects.task import Nuisances, SampledTrials, Task, sample_trials
 from feeler.objects.trials import Placement, Trial, make_grid, place
 
 __all__ = [

@@ -16,7 +16,7 @@ from feeler.files import read_toml
 from feeler.objects.distance import compute_clearance
 from feeler.objects.meshes import _compute_gap_in_space
 from feeler.objects.motion import BaseMotion, Vector, lift, lift_turn
-from feeler.objects.shapes import SHAPES, Feature, _digest_numbers, make_feature
+from feeler.objects.shapes import SHAPES, Feature, digest_numbers, make_feature
 from feeler.objects.trials import FRICTION, Trial, place
 from feeler.records import Ge, Record, freeze
 from feeler.validation import checked
@@ -279,7 +279,7 @@ class Wall(Feature):
         """``wall``, and for a textured one six digits that stand for its face."""
         if self.profile is None:
             return self.kind
-        return f"wall {_digest_numbers(self.profile, self.repeat, self.rounding)}"
+        return f"wall {digest_numbers(self.profile, self.repeat, self.rounding)}"
 
     def make_parts(self) -> list:
         """A box so large that its other faces are out of reach, or the stretches of the

@@ -13,7 +13,7 @@ import numpy as np
 from feeler.antenna.segments import find_frames
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file
-from feeler.objects.shapes import Feature, _digest_numbers
+from feeler.objects.shapes import Feature, digest_numbers
 from feeler.records import Ge, Gt, Le, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
@@ -179,7 +179,7 @@ class Mesh(Feature):
 
     def make_name(self) -> str:
         """``mesh`` and six digits that stand for the corners and the rounding."""
-        return f"mesh {_digest_numbers(self.vertices, self.starts, self.rounding)}"
+        return f"mesh {digest_numbers(self.vertices, self.starts, self.rounding)}"
 
     def make_parts(self) -> list[np.ndarray]:
         """The parts' shadows in the plane."""
@@ -329,7 +329,7 @@ def _list_hulls(feature: Feature) -> list[tuple[np.ndarray, int]]:
     return [make_hull(corners) for corners in list_solids(feature)]
 
 
-def _place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
+def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
     """Where a trial's feature just touches an antenna in space at rest (3,), and its axes there
     (3, 3): forward, left, up.
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file, read_text
-from feeler.objects.shapes import _digest_numbers, _measure_area, _Prism, split_convex
+from feeler.objects.shapes import Prism, digest_numbers, measure_area, split_convex
 from feeler.records import Gt, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
@@ -25,7 +25,7 @@ MAX_CORNERS = 1000  # [C]
 _FARTHEST = 1e6  # [C] mm; whatever an antenna meets is nearer than a kilometre
 
 
-class Outline(_Prism):
+class Outline(Prism):
     """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
 
     Attributes
@@ -60,7 +60,7 @@ class Outline(_Prism):
             )
         corners = self.vertices + 0.0  # no −0: equal outlines have equal names
         _check_simple(corners)
-        if _measure_area(corners) < 0:
+        if measure_area(corners) < 0:
             corners = corners[::-1]
         vars(self)["vertices"] = freeze(corners - [corners[:, 0].max(), 0.0])
         super()._check()
@@ -120,7 +120,7 @@ class Outline(_Prism):
 
     def make_name(self) -> str:
         """``outline`` and six digits that stand for the corners and the rounding."""
-        return f"outline {_digest_numbers(self.vertices, self.rounding)}"
+        return f"outline {digest_numbers(self.vertices, self.rounding)}"
 
     def make_parts(self) -> list[np.ndarray]:
         """Convex polygons that together fill the outline."""
@@ -143,7 +143,7 @@ def _check_simple(corners: np.ndarray) -> None:
                 f"Outline is self-intersecting: the edge from corner {i + 1} crosses another. Order"
                 " the corners around the rim."
             )
-    if abs(_measure_area(corners)) < 1e-9 * extent**2:
+    if abs(measure_area(corners)) < 1e-9 * extent**2:
         raise InvalidInput(
             "Outline has no area; give at least three corners that are not on one line."
         )

@@ -18,7 +18,7 @@ from feeler.validation import FieldError, checked, show
 # Convex parts of a polygon, because contact is computed between convex bodies.
 
 
-def _measure_area(corners: np.ndarray) -> float:
+def measure_area(corners: np.ndarray) -> float:
     """Area of a polygon (corner, 2), positive where the corners run counter-clockwise."""
     x, y = np.asarray(corners).T
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
@@ -439,7 +439,7 @@ def _parse_value(text: str) -> float | int | str:
     return text
 
 
-def _digest_numbers(*values: object) -> str:
+def digest_numbers(*values: object) -> str:
     """Six hexadecimal digits that differ where the numbers do (but for one pair in 17 million)."""
     return hashlib.sha256(
         b"".join(np.asarray(v, dtype=float).tobytes() for v in values)
@@ -453,7 +453,7 @@ def _order(core: np.ndarray, kind: str) -> np.ndarray:
             f"a part of the shape {kind!r} must be finite corners (corner, 2), got shape"
             f" {core.shape}."
         )
-    if len(core) > 2 and _measure_area(core) < 0:
+    if len(core) > 2 and measure_area(core) < 0:
         core = core[::-1]
     if len(core) > 2 and not _is_convex(core, slack=1e-9 * np.ptp(core, axis=0).max() ** 2):
         raise InvalidInput(
@@ -507,7 +507,7 @@ class Peg(Ball):
     kind: ClassVar[str] = "peg"
 
 
-class _Prism(Feature):
+class Prism(Feature):
     """A shape with corners in the plane; in space an upright prism over it.
 
     Attributes
@@ -521,10 +521,10 @@ class _Prism(Feature):
     def to_plain(self) -> dict[str, Any]:
         """The plain data, without a length that nobody gave."""
         plain = super().to_plain()
-        return {k: v for k, v in plain.items() if k != "half_length" or v != _Prism.half_length}
+        return {k: v for k, v in plain.items() if k != "half_length" or v != Prism.half_length}
 
 
-class Box(_Prism):
+class Box(Prism):
     """A box whose face leads; its outer half-width is ``half_width + rounding``.
 
     Attributes
@@ -549,7 +549,7 @@ class Box(_Prism):
         return [[(0.0, -w), (0.0, w), (-h, w), (-h, -w)]]
 
 
-class Triangle(_Prism):
+class Triangle(Prism):
     """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``.
 
     Attributes

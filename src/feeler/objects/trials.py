@@ -13,7 +13,7 @@ import numpy as np
 from feeler.antenna.segments import Antenna, to_matrix
 from feeler.errors import InvalidInput
 from feeler.objects.distance import compute_clearance, find_touching
-from feeler.objects.meshes import _compute_gap_in_space, _place_in_space
+from feeler.objects.meshes import _compute_gap_in_space, place_in_space
 from feeler.objects.motion import BaseMotion, read_base
 from feeler.objects.shapes import Ball, Box, Feature, Triangle, trace_rim
 from feeler.records import Ge, Gt, Le, Lt, Record, Unit, make_picture
@@ -248,7 +248,7 @@ def _point(heading: float) -> tuple[float, float]:
 
 
 def _place_solid(antenna: Antenna, trial: Trial) -> Placement:
-    origin, axes = _place_in_space(antenna, trial)
+    origin, axes = place_in_space(antenna, trial)
     if trial.base_motion is not None:
         poses = trial.base_motion.lift().compute_pose(np.array([0.0, trial.lead]))
         turn = to_matrix(poses[1, 3:])

@@ -12,7 +12,7 @@ from feeler.objects.motion import Vector, check_number, check_vector, lift, lift
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, Contacts, choose_timestep
 from feeler.physics.scene import Scene
-from feeler.physics.simulation import Simulations, Turn, _warn_of_misses
+from feeler.physics.simulation import Simulations, Turn, warn_of_misses
 from feeler.validation import checked
 
 # Everything is computed in space. A heading h in the plane, positive from +y towards +x, is the
@@ -109,7 +109,7 @@ class Body:
                 antenna=antenna, objects=objects, contact=softness, gravity=gravity, base=base
             )
             check_clear(antenna, objects, scene.initial_angle, scene.base_pose)
-            _warn_of_misses(scene)
+            warn_of_misses(scene)
             scenes[name] = scene
         kinds: dict[tuple[int, ...], list[str]] = {}
         for name, antenna in antennas.items():

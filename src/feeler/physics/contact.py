@@ -160,7 +160,7 @@ class Contact(Record):
         place = antenna.hinge_position + antenna.segment_length / 2
         most, least = np.full(place.shape, high), np.full(place.shape, width)
         if self.share:
-            stretch = np.prod(self.solref) ** 2 * _find_invweight(antenna)
+            stretch = np.prod(self.solref) ** 2 * find_invweight(antenna)
             asked = 1 - self.share * _compute_compliance(antenna) / stretch
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
@@ -189,7 +189,7 @@ def _compute_compliance(antenna: Antenna) -> np.ndarray:
     )
 
 
-def _find_invweight(antenna: Antenna) -> np.ndarray:
+def find_invweight(antenna: Antenna) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` of an antenna (segment,) [1/g]; in space it moves across in two
     directions.
     """
@@ -354,7 +354,7 @@ def _round_down(timestep: float) -> float:
     )
 
 
-def _find_radius(item: Object) -> float:
+def find_radius(item: Object) -> float:
     """The radius [mm] of a ball or a rounded edge, else infinite: what it can sink into."""
     rounded = item.feature.rounding > 0 and min(map(len, item.feature.parts)) <= 2
     return item.feature.rounding if rounded and not item.feature.unbounded else np.inf

@@ -117,7 +117,7 @@ in the plane and in space.
 """
 
 
-def _make_row(state: State) -> np.ndarray:
+def make_row(state: State) -> np.ndarray:
     """A sample (lane, column): angle, velocity, and COLUMNS; forces and works are sums over the
     objects.
     """
@@ -128,7 +128,7 @@ def _make_row(state: State) -> np.ndarray:
     return np.concatenate([part.reshape(lanes, -1) for part in parts], axis=1)
 
 
-def _split_rows(tape: np.ndarray, hinges: tuple[int, ...]) -> dict[str, np.ndarray]:
+def split_rows(tape: np.ndarray, hinges: tuple[int, ...]) -> dict[str, np.ndarray]:
     """The samples (…, column) by name, as copies (…, number), angles in the shape ``hinges``; what
     COLUMNS counts as one number is (…). Work comes in µJ.
     """
@@ -184,7 +184,7 @@ class Stepper(Protocol):
             ended = self.step(
                 every, {lane: rates[own] for lane, rates in drives.items()} if drives else None
             )
-            tape[:, k] = _make_row(self.read())
+            tape[:, k] = make_row(self.read())
             if ended:
                 return k + 1, True
         return stop, False
@@ -284,7 +284,7 @@ _told: set[str] = set()
 
 
 @contextmanager
-def _announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
+def announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
     """Around an engine's first call for a number of lanes: log that it compiles, if numba compiles
     anything (code that is loaded from its cache is not compiled) and takes longer than LOADING.
     """

@@ -8,10 +8,10 @@ import numpy as np
 
 from feeler.antenna.segments import to_vector
 from feeler.errors import InvalidInput
-from feeler.physics.contact import _find_radius
+from feeler.physics.contact import find_radius
 from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, _compile_model
+from feeler.physics.spec import ROOTED, compile_model
 
 import mujoco  # isort: skip  # after spec, which says in words if it is missing
 from feeler.antenna.segments import Antenna
@@ -33,7 +33,7 @@ class _MujocoStepper(Stepper):
 
     def reset(self, lane: int, scene: Scene) -> None:
         self.scenes[0], self.moving = scene, scene.base_motion is not None
-        self.model = _compile_model(scene, self.timestep, moving=self.moving)
+        self.model = compile_model(scene, self.timestep, moving=self.moving)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
         self.object_velocity = np.array([[*o.velocity, o.turn] for o in scene.objects]).reshape(
@@ -43,7 +43,7 @@ class _MujocoStepper(Stepper):
         self.force = np.zeros((len(scene.objects), 2))
         self.base_force, self.base_moment, self.sink = np.zeros(2), 0.0, 0.0
         self._thin = [
-            np.minimum(scene.antenna.radius, _find_radius(item)) for item in scene.objects
+            np.minimum(scene.antenna.radius, find_radius(item)) for item in scene.objects
         ]
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = (
             scene.initial_angle,
@@ -68,7 +68,7 @@ class _MujocoStepper(Stepper):
         )
         time, warm = data.time, data.qacc_warmstart.copy()
         self.moving = True
-        self.model = _compile_model(self.scenes[0], self.timestep, moving=True)
+        self.model = compile_model(self.scenes[0], self.timestep, moving=True)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
         self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = (
@@ -311,7 +311,7 @@ class _SpaceMujocoStepper(_MujocoStepper):
 
     def reset(self, lane: int, scene: Scene) -> None:
         self.scenes[0], antenna = scene, scene.antenna
-        self.model = _compile_model(scene, self.timestep)
+        self.model = compile_model(scene, self.timestep)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
         rates = [[*o.velocity, *np.ravel(o.turn)] for o in scene.objects]
@@ -319,7 +319,7 @@ class _SpaceMujocoStepper(_MujocoStepper):
         self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
         self.sink, self.planes = 0.0, len(antenna.planes)
         self.base_wrench, self._contacts = np.zeros((2, 3)), _list_none()
-        self._thin = [np.minimum(antenna.radius, _find_radius(item)) for item in scene.objects]
+        self._thin = [np.minimum(antenna.radius, find_radius(item)) for item in scene.objects]
         n, loose = self.planes * antenna.n_segments, 3 * (antenna.follicle is not None)
         self._q, self._v = slice(7 + loose, 7 + loose + n), slice(6 + loose, 6 + loose + n)
         self.data.qpos[3:7] = _to_quaternion(scene.base_pose[3:])

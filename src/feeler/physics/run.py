@@ -18,9 +18,9 @@ from feeler.physics.engine import (
     DEFAULT_ENGINE,
     Engine,
     Stepper,
-    _make_row,
-    _split_rows,
     get_engine,
+    make_row,
+    split_rows,
 )
 from feeler.physics.scene import Clock, Motion, Scene
 
@@ -102,7 +102,7 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
     Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
     """
     scenes, left, ended = stepper.scenes, n_steps, False
-    chunk = _count_chunk(scenes)
+    chunk = count_chunk(scenes)
     driven = [lane for lane, scene in enumerate(scenes) if scene.follows]
     legs = [
         (lane, list(_list_legs(scene, stepper.timestep)))
@@ -121,17 +121,17 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
             lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep)
             for lane in driven
         }
-        ended = _advance_freely(stepper, now, count, stop, drives)
+        ended = advance_freely(stepper, now, count, stop, drives)
         left -= count
     return ended
 
 
-def _count_chunk(scenes: Sequence[Scene]) -> int:
+def count_chunk(scenes: Sequence[Scene]) -> int:
     """Steps between looks for Ctrl-C."""
     return max(1, _CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
 
 
-def _advance_freely(
+def advance_freely(
     stepper: Stepper,
     now: list[int],
     n_steps: int,
@@ -158,7 +158,7 @@ def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, Vector
 
 
 def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
-    first = _make_row(stepper.read())
+    first = make_row(stepper.read())
     tape = np.empty((len(first), clock.n_samples, first.shape[1]))
     tape[:, 0] = first
     failed: list[Exception | None] = [None] * len(first)
@@ -183,7 +183,7 @@ def _make_motion(
     clock: Clock, rows: np.ndarray, hinges: tuple[int, ...], error: float = float("nan")
 ) -> Motion:
     """The motion that rows (sample, column) of a tape hold; ``hinges`` is the shape of angles."""
-    kept: dict[str, Any] = _split_rows(rows, hinges)
+    kept: dict[str, Any] = split_rows(rows, hinges)
     return Motion(time=clock.time, timestep=clock.timestep, error=error, **kept)
 
 
@@ -206,7 +206,7 @@ def _record_some(
     until = int(min(tape.shape[1], sample + block, turn // every + 1))
     if until == sample:  # a turn within this sample, or a sample too long to wait for
         ended = advance(stepper, [start] * len(scenes), every, stop)
-        tape[:, sample] = _make_row(stepper.read())
+        tape[:, sample] = make_row(stepper.read())
         return sample + 1, ended
     count = (until - sample) * every
     drives = {
@@ -360,7 +360,7 @@ class _Pair:
 
     def go(self, share: float, peaks: np.ndarray) -> Motion | None:
         first = self._get(0)
-        row, ends = _make_row(first.read()), [first.save(0)] * 2
+        row, ends = make_row(first.read()), [first.save(0)] * 2
         tapes = [np.repeat(row[:, None], self.clock.n_samples, axis=1) for _ in range(2)]
         level, finest, apart = 0, 0, 0.0
         for start in range(1, self.clock.n_samples, _WINDOW):

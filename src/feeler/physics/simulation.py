@@ -44,7 +44,7 @@ from feeler.physics.engine import (
     choose_timestep,
     get_engine,
 )
-from feeler.physics.run import _advance_freely, _count_chunk, _explain_end, advance
+from feeler.physics.run import _explain_end, advance, advance_freely, count_chunk
 from feeler.physics.scene import MAX_STEPS, Scene
 from feeler.records import make_picture
 from feeler.validation import Count, checked
@@ -193,7 +193,7 @@ class Simulations:
         ]
         self._lanes, self._n, self._began = lanes, len(scenes), list(scenes)
         self._steps = [[0] * lanes for _ in self._steppers]
-        self._chunk = _count_chunk(filled[:lanes])
+        self._chunk = count_chunk(filled[:lanes])
         self._look_for_guides()
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
@@ -287,7 +287,7 @@ class Simulations:
 
     def _advance(self, groups: range, n_steps: int) -> None:
         """Step the lanes of these steppers, one after the other."""
-        go = advance if self._guided or n_steps > self._chunk else _advance_freely
+        go = advance if self._guided or n_steps > self._chunk else advance_freely
         for group in groups:
             if go(self._steppers[group], self._steps[group], n_steps, self._stop):
                 stepper = self._steppers[group]
@@ -776,7 +776,7 @@ def build_scene(
     return scene
 
 
-def _warn_of_misses(scene: Scene) -> None:
+def warn_of_misses(scene: Scene) -> None:
     """Warn of objects that move past the base farther away than the antenna reaches, as long as
     nothing is commanded.
     """
@@ -896,7 +896,7 @@ class Simulation:
         )
         self._lanes = Simulations([scene], engine=engine, timestep=timestep)
         self.antenna, self.engine = antenna, engine
-        _warn_of_misses(scene)
+        warn_of_misses(scene)
 
     @property
     def names(self) -> tuple[str, ...]:

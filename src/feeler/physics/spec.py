@@ -221,7 +221,7 @@ def _describe_solid(
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, "margin": rounding, **place}
 
 
-def _compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
+def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
     return _make_spec(scene, timestep, moving=moving).compile()
 

@@ -3,13 +3,17 @@
 from typing import TYPE_CHECKING, Any
 
 from feeler.plotting.antennas import (
+    FPS,
     OBJECT_COLOUR,
+    SLOWER,
     MovingAntenna,
+    choose_frames,
     make_patch,
     plot_posture,
     plot_profiles,
+    say_clock,
+    write_movie,
 )
-from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS, mark_places, set_decades, style
 from feeler.plotting.tensors import (
     plot_tensor,

@@ -18,8 +18,17 @@ from matplotlib.ticker import MaxNLocator
 
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial, place
-from feeler.plotting.antennas import MovingAntenna, _add_space, _SpaceScene, make_patch
-from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.antennas import (
+    FPS,
+    SLOWER,
+    MovingAntenna,
+    SpaceScene,
+    add_space,
+    choose_frames,
+    make_patch,
+    say_clock,
+    write_movie,
+)
 from feeler.plotting.style import BOTH_COLOURS, TENSOR_COLOURS, style
 from feeler.tensors.transforms import (
     compute_bend,
@@ -221,7 +230,7 @@ class _View:
         self.tensor = take_curvature(tensors)[0][sensed]
         self.ax, below = axes
         norm, colours = scale
-        self.space = _SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
+        self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
         self.image = plot_tensor(self.tensor, self.time, below, norm, colours=colours)
         self.hide_rest = _cover(self.image)
@@ -252,7 +261,7 @@ class _View:
         moved = self.antenna.move(self.points[now], self.bend[now])
         return [*self.hide_rest(now), *self.patches, *moved]
 
-    def _move_in_space(self, space: _SpaceScene, now: int) -> list[Artist]:
+    def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
         if self.trial is not None and self.placement is not None:
             origin = self.placement.origin + self.placement.velocity * self.time[now]
             space.place(self.trial.shape, origin, self.placement.axes)
@@ -307,7 +316,7 @@ def write_touch_movie(
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
         scale = _choose_scale(*take_curvature(tensors))
-        left = _add_space(figure, left) if antenna.spatial else left
+        left = add_space(figure, left) if antenna.spatial else left
         view = _View(antenna, trial, tensors, scale, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
         left.set_title("" if trial is None else trial.label, fontsize=8)
@@ -337,7 +346,7 @@ def write_touches_movie(
         scale = _choose_scale(*map(take_curvature, sets))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
-            column[0] = _add_space(figure, column[0]) if antenna.spatial else column[0]
+            column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]
             views.append(_View(antenna, trial, tensors, scale, column))
             column[0].set_title(title, fontsize=9)
         for ax in axes[:, 1:].flat if not antenna.spatial else axes[1, 1:]:

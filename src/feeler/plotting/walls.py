@@ -12,8 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
 from feeler.antenna.segments import Antenna
-from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna
-from feeler.plotting.movie import FPS, choose_frames, say_clock, write_movie
+from feeler.plotting.antennas import (
+    FPS,
+    OBJECT_COLOUR,
+    MovingAntenna,
+    choose_frames,
+    say_clock,
+    write_movie,
+)
 from feeler.plotting.style import PALETTE, style
 from feeler.wall.approach import Approach, find_peak, find_sweep_peak
 from feeler.wall.following import Run

@@ -29,7 +29,6 @@ from feeler.physics.contact import get_contact
 from feeler.physics.scene import Scene
 from feeler.records import Ge
 from feeler.studio import study
-from feeler.studio.decoder import ANSWERS, NOISE
 from feeler.studio.live import LONGEST, Command, read_commands, replay
 from feeler.studio.requests import (
     PREVIEW,
@@ -43,7 +42,7 @@ from feeler.studio.requests import (
     read_number,
     simulate_pieces,
 )
-from feeler.studio.study import UNSURE, train
+from feeler.studio.study import ANSWERS, NOISE, UNSURE, train
 from feeler.validation import checked
 
 # One front end for three hosts: its modules as they are, as one module, and as one page with
@@ -253,8 +252,13 @@ def film(shown: _PageView) -> bytes:
     from matplotlib.figure import Figure
     from matplotlib.transforms import Affine2D
 
-    from feeler.plotting.antennas import MovingAntenna, make_patch
-    from feeler.plotting.movie import choose_frames, say_clock, write_movie
+    from feeler.plotting.antennas import (
+        MovingAntenna,
+        choose_frames,
+        make_patch,
+        say_clock,
+        write_movie,
+    )
     from feeler.plotting.style import style
 
     base, place = shown.readings["base"], shown.readings["place"]

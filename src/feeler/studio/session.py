@@ -17,7 +17,6 @@ from feeler.experiments.tactile import touch
 from feeler.physics.contact import get_contact
 from feeler.plotting.antennas import describe_turnable
 from feeler.studio import study
-from feeler.studio.decoder import ANSWERS, OUTSIDE
 from feeler.studio.export import make_file
 from feeler.studio.live import Boards, Hand, Say, listen, open_calibration, open_text, read_file
 from feeler.studio.requests import (
@@ -33,7 +32,7 @@ from feeler.studio.requests import (
     read_number,
     simulate_pieces,
 )
-from feeler.studio.study import AntennaStudy, check_cancelled
+from feeler.studio.study import ANSWERS, OUTSIDE, AntennaStudy, check_cancelled
 from feeler.validation import checked
 from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
 

@@ -23,7 +23,7 @@ from annotated_types import Ge, Le
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from feeler.errors import InvalidInput, StoreError, _DetailedWarning, require_extra
+from feeler.errors import DetailedWarning, InvalidInput, StoreError, require_extra
 
 require_extra("zarr", "store", "a store of touches")
 import zarr  # noqa: E402
@@ -219,7 +219,7 @@ class Store(AbstractContextManager):
                 "trials of the store will be computed again, as files are missing or damaged."
             )
             named = f"These are trials {first} to {last}, in {file}."
-            warnings.warn(_DetailedWarning(text, named), stacklevel=6)
+            warnings.warn(DetailedWarning(text, named), stacklevel=6)
             file.unlink(missing_ok=True)  # of a damaged chunk no part can be written
         self.finished[:n_stored] = arrays[_FLAGS][:]
         for first, last, *_ in damage:

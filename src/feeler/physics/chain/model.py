@@ -10,7 +10,7 @@ from feeler.antenna.segments import Antenna
 from feeler.objects.bodies import Object
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.contact import MIN_VALUE
-from feeler.physics.contact import MIN_FRICTION, Contact, _find_invweight, _find_radius
+from feeler.physics.contact import MIN_FRICTION, Contact, find_invweight, find_radius
 from feeler.physics.scene import Scene
 
 _MARGIN = 1e-5  # mm; [C] what the search for near segments allows for rounding
@@ -103,7 +103,7 @@ def fill_segments(table: np.ndarray, antenna: Antenna, contact: Contact) -> None
     )
     table[f.C_START] = antenna.hinge_position / antenna.length
     table[f.C_PORTION] = antenna.segment_length / antenna.length
-    table[f.C_INVWEIGHT] = _find_invweight(antenna)
+    table[f.C_INVWEIGHT] = find_invweight(antenna)
     time_constant, damping_ratio = contact.solref
     soft = contact.soften(antenna)
     high = table[f.C_D_MAX] = soft.d_max
@@ -133,7 +133,7 @@ def fill_object(table: np.ndarray, item: Object, scene: Scene) -> None:
     table[f.O_SLOW], table[f.O_FAST] = scene.contact.widen(scene.speed)
     table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
     table[f.O_ROUNDING] = item.feature.rounding
-    table[f.O_RADIUS] = _find_radius(item)
+    table[f.O_RADIUS] = find_radius(item)
 
 
 def _make_planes(item: Object) -> np.ndarray:

@@ -24,7 +24,7 @@ from feeler.physics.chain.contact import (
 from feeler.physics.chain.fields import LANES
 from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
 from feeler.physics.chain.sweep import fold, locate, move, refold, seek
-from feeler.physics.engine import Contacts, Engine, State, Stepper, _announce_compiling
+from feeler.physics.engine import Contacts, Engine, State, Stepper, announce_compiling
 from feeler.physics.scene import Scene
 
 # One step of all lanes, compiled: where the base goes, what is touched, how hard, and where the
@@ -110,7 +110,7 @@ def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
     """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape``
     (lane, sample, column), if that has lanes; all arrays are changed in place.
 
-    Columns as in :func:`feeler.physics.engine._make_row`. ``drive`` (step or 1, x y turn, lane):
+    Columns as in :func:`feeler.physics.engine.make_row`. ``drive`` (step or 1, x y turn, lane):
     velocity of the base at the end of each step, the last one for ever. ``damped``: contact is
     solved with the implicit damping in it. Returns the first sample that was not written, and
     whether some lane has come to an end; nothing goes on after that.
@@ -339,7 +339,7 @@ class ChainStepper(Stepper):
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
         self.tables = self._make_tables()
         self.drive = self.tables.base[0, self.commanded].copy()[None]
-        with _announce_compiling(self.label, len(self.scenes)):
+        with announce_compiling(self.label, len(self.scenes)):
             self._settle()
 
     def _make_tables(self) -> Any:

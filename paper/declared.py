@@ -1,3 +1,0 @@
-"""The order of profiles that the paper claims."""
-
-CLAIMED = ("exponential", "linear", "uniform")  # [P]
