@@ -280,7 +280,6 @@ _PUBLISHED = _PAPER.replace(
     sweep={
         **_PAPER.sweep,
         "control_repeats": 3,
-        "null_restarts": 1,
         "null_iter": 60,
         "other_copies": (),
         "before_repeats": 0,

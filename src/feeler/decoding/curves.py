@@ -172,8 +172,10 @@ def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
 
 
 def _fit_jointly(tensors: np.ndarray, encoder: Any, plan: Plan) -> JointFit:
-    """Codes of one joint fit of the plan's effort, where the encoder has such limits."""
-    settings = {"max_iter": plan.null_iter, "n_restarts": plan.null_restarts}
+    """Codes of one joint fit of the plan's effort, where the encoder has such limits; only the
+    start that is ahead after a third of the iterations goes on, since no other's codes are used.
+    """
+    settings = {"max_iter": plan.null_iter, "n_restarts": plan.null_restarts, "n_finished": 1}
     fitted = configure(encoder, settings).fit(tensors)
     done = int(getattr(fitted, "n_iter_", 0))
     return JointFit(codes=fitted.activations_, n_iter=done, converged=done < plan.null_iter)
