@@ -190,6 +190,8 @@ def write(path, position, time=None, likelihood=None, name="time_s"):
         ("Time (ms)", 1e3),
         ("timestamp [s]", 1.0),
         ("time", 1.0),
+        ("seconds", 1.0),
+        ("elapsed_time_ms", 1e3),
     ],
 )
 def test_the_times_of_a_table_are_its_clock(tmp_path, name, scale):
@@ -229,6 +231,32 @@ def test_frame_numbers_that_jump_are_gaps(tmp_path):
     assert found.n_frames >= len(position) - 1
     ratio = measure_exploration([found]).mean_peak / (SWING * 2e-3 * np.pi * 2)
     np.testing.assert_allclose(ratio, 1.0, atol=0.05)
+
+
+def test_every_third_frame_of_a_film_is_a_film_of_a_third_of_its_rate(tmp_path):
+    position = film(3, 300)
+    few, frame = position[::3], np.arange(len(position))[::3]
+    found = load_tracks(write(tmp_path / "t.csv", few, frame, name="frame"), frame_rate=300)
+    assert (found.interval, found.n_frames) == (10.0, len(few))
+    assert found.notes["tracked"] == "one in 3 frames of the film"
+    alone = load_tracks(write(tmp_path / "a.csv", few), frame_rate=100)
+    np.testing.assert_array_equal(found.position, alone.position)
+
+
+@pytest.mark.parametrize("rate", [100, 200, 500])
+def test_stray_places_are_left_out_and_so_many_that_some_remain_are_told(rate):
+    clean, rng = film(4, rate), np.random.default_rng(rate)
+    known = measure_exploration([make(clean, rate)]).mean_peak
+    for share in (0.02, 0.05, 0.1, 0.2):
+        position, wrong = clean.copy(), rng.random(len(clean)) < share
+        position[wrong, 1] += rng.normal(0, 80, (wrong.sum(), 2))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelValidityWarning)
+            found = measure_exploration([make(position, rate)])
+        told = any("Do not trust its peak speeds" in words for words in found.remarks[0])
+        assert told or share < 0.2
+        assert not (told and share < 0.03)
+        assert told or found.mean_peak == pytest.approx(known, rel=0.1)
 
 
 def test_zeros_for_lost_points_are_no_places_but_a_landmark_at_the_origin_is(tmp_path):

@@ -532,7 +532,7 @@ def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
         )
     lines += [
         f"{name}: {row['notes'][name]}"
-        for name in ("left out", "(0, 0)", "frame rate", "clock")
+        for name in ("left out", "tracked", "(0, 0)", "frame rate", "clock")
         if name in row["notes"]
     ]
     if any(row["unmeasured"]):

@@ -460,6 +460,7 @@ _DRIFT = 5.0
 _FINEST, _COARSEST = 1e-6, 0.5  # what may be asked for
 # Of the estimate [C], by 1,500 random touches held against a tenth of their timestep:
 _CLEAR = 0.015  # what doubling the timestep may change of the peak before halving it is tried
+_TOGETHER = 0.1  # share of that up to which two runs are still one
 _MARGIN = 3.0  # times that what halving the timestep changes counts: twice, were it smooth
 _AFTER = 30.0  # ms after the last contact in which runs may still part
 
@@ -483,20 +484,25 @@ def run_with_error(
     that changes of the hinge angles at most, over the peak, is the error where it is below
     ``_CLEAR``: the engines are of first order, so that the finer run errs by as much. Where it is
     more, twice the timestep may only be too coarse itself. Those scenes are run with half of it,
-    and what that changes counts ``_MARGIN`` times. So it does for all where the contact allows no
-    coarser timestep.
+    from where the two runs began to part, and what that changes counts ``_MARGIN`` times. So it
+    does for all, from the beginning, where the contact allows no coarser timestep.
     """
     stop = stop or Event()
     results = _run_all(scenes, clock, engine, stop)
     errors: dict[int, float] = {}
     todo = {i: result for i, result in enumerate(results) if isinstance(result, Motion)}
+    starts = dict.fromkeys(todo, 0)
     for factor, most, margin in ((2.0, _CLEAR, 1.0), (0.5, np.inf, _MARGIN)):
         shortest = min(scene.contact.solref[0] for scene in scenes)
         if not todo or (factor > 1 and factor * clock.timestep > shortest / 2 * (1 + 1e-9)):
             continue
-        gaps = _compare(scenes, todo, clock, factor, engine, stop)
-        errors |= {i: margin * gap for i, gap in gaps.items()}
-        todo = {i: todo[i] for i, gap in gaps.items() if not gap <= most}
+        every = 2 if factor > 1 and clock.steps_per_sample % 2 else 1
+        gaps = _compare(scenes, todo, starts, clock, factor, every, engine, stop)
+        errors |= {i: margin * float(gap.max()) for i, gap in gaps.items()}
+        todo = {i: todo[i] for i, gap in gaps.items() if not gap.max() <= most}
+        for i in todo:
+            if _is_known_later(scenes[i]):
+                starts[i] = every * max(int(np.argmax(gaps[i] > _TOGETHER * _CLEAR)) - 1, 0)
     return [
         replace(result, error=errors[i]) if isinstance(result, Motion) else result
         for i, result in enumerate(results)
@@ -506,25 +512,28 @@ def run_with_error(
 def _compare(
     scenes: Sequence[Scene],
     motions: Mapping[int, Motion],
+    starts: Mapping[int, int],
     clock: Clock,
     factor: float,
+    every: int,
     engine: str,
     stop: Event,
-) -> dict[int, float]:
-    """What ``factor`` times the timestep changes of each motion at most, over its peak."""
-    every = 2 if factor > 1 and clock.steps_per_sample % 2 else 1
+) -> dict[int, np.ndarray]:
+    """What ``factor`` times the timestep changes of each motion at most, over its peak, at each
+    sample, or every other one, from where it starts.
+    """
     ends = {i: _find_end(scenes[i], motion, clock) for i, motion in motions.items()}
     names, gaps = [*motions], {}
     for lanes in make_groups([scenes[i] for i in names], get_engine(engine)):
         group = [names[lane] for lane in lanes]
         other = Clock(
-            duration=max(ends[i] for i in group) * clock.sample_interval,
+            duration=max(ends[i] - starts[i] for i in group) * clock.sample_interval,
             sample_interval=every * clock.sample_interval,
             timestep=factor * clock.timestep,
         )
-        found = run_group([scenes[i] for i in group], other, engine, stop)
-        for i, result in zip(group, found, strict=True):
-            gaps[i] = _measure_gap(motions[i], result, slice(None, ends[i], every))
+        begun = [_begin_at(scenes[i], motions[i], starts[i]) for i in group]
+        for i, result in zip(group, run_group(begun, other, engine, stop), strict=True):
+            gaps[i] = _measure_gap(motions[i], result, slice(starts[i], ends[i], every))
     return gaps
 
 
@@ -537,13 +546,38 @@ def _find_end(scene: Scene, motion: Motion, clock: Clock) -> int:
     return min(clock.n_samples, int(touching[-1]) + 1 + rest)
 
 
-def _measure_gap(motion: Motion, other: Result, samples: slice) -> float:
+def _is_known_later(scene: Scene) -> bool:
+    """Whether angles, their rates and a time are all that a scene's future depends on."""
+    return not (scene.antenna.spatial or scene.guided or any(o.turn for o in scene.objects))
+
+
+def _begin_at(scene: Scene, motion: Motion, sample: int) -> Scene:
+    """The scene that begins as its motion is at a sample."""
+    if sample == 0:
+        return scene
+    time = motion.time[sample]
+    return replace(
+        scene,
+        objects=tuple(
+            o.replace(
+                place=tuple(p + time * v for p, v in zip(o.place, o.velocity, strict=True))
+            )
+            for o in scene.objects
+        ),
+        base=tuple(motion.base[sample]),
+        angle=motion.angle[sample],
+        velocity=motion.velocity[sample],
+    )
+
+
+def _measure_gap(motion: Motion, other: Result, samples: slice) -> np.ndarray:
+    """The greatest difference (sample,) over the peak; infinite where the other run diverged."""
     if not isinstance(other, Motion):
-        return float("inf")
+        return np.array([np.inf])
     own = motion.angle[samples]
-    gap = float(np.abs(other.angle[: len(own)] - own).max())
+    gap = np.abs(other.angle[: len(own)] - own).reshape(len(own), -1).max(axis=1)
     peak = float(np.abs(motion.angle - motion.angle[0]).max())
-    return gap / peak if gap > 0 else 0.0
+    return gap / peak if gap.any() else gap
 
 
 def run_accurately(

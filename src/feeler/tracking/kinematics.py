@@ -15,7 +15,7 @@ from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Choice, Ge, Gt, Shown, Unit
-from feeler.tracking.quality import _find_doubts, _leave_out_errors
+from feeler.tracking.quality import STRAY, _find_doubts, _leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
 
@@ -565,6 +565,7 @@ def _measure_bends(piece: np.ndarray, length: np.ndarray) -> tuple[dict[str, Any
 
 _MAX_LOSS = 0.05  # [C] of the speed that a chosen low-pass may take away without a remark
 _MIN_FRAMES = 3.0  # [C] frames in a cycle, below which peak speeds come out too low
+_MANY = 0.06  # [C] share of stray places from which the rest is not trusted either
 _MAX_MISSING = 0.2  # [C] of an antenna's frames, beyond which no mean over trials is given
 _LONGEST = 1000.0  # [C] ms for which a landmark of the body may be lost
 _SHIFT = 0.1  # [C] of the body's length, by which it may have moved meanwhile
@@ -740,6 +741,12 @@ def _measure_trial(
             side, is_bridged=(side.is_bridged | is_bridged) & np.isfinite(side.angle)
         )
         remarks += _list_remarks(tip, side, tracks, options["cutoff"]) if tip else []
+        stray = sum(left_out.get(f"{tip} {words}", 0) for words in STRAY)
+        if stray > _MANY * row.size:
+            remarks.append(
+                f"of {tip} {stray} of {row.size} places are errors that were left out: where there"
+                " are so many, others remain. Do not trust its peak speeds; check its track."
+            )
         pair.append(side)
     return (pair[0], pair[1]), left_out, remarks
 

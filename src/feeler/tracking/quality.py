@@ -4,7 +4,8 @@ from itertools import permutations
 from typing import Annotated
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter, percentile_filter
 
 from feeler.errors import InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
@@ -23,6 +24,7 @@ _MAX_SPEED = np.deg2rad(5.0)  # [C] rad/ms; no antenna or whisker is as fast as 
 _TIMES = 8.0  # [C] over what is usual in the neighbourhood
 _TIMES_LARGEST = 2.5  # [C] over what is largest there, for one frame
 _NEAR = 8  # [C] frames of a neighbourhood, before and after
+STRAY = ("jumps", "too far from its base")  # what single places are left out for
 _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
 
 
@@ -69,10 +71,12 @@ def _leave_out_errors(
         if tip:
             distance = np.linalg.norm(place[tip] - place[base or head], axis=1)
             far = distance > _MAX_REACH * reach[tip]
-            leave_out((tip,), far, f"{tip} too far from its base")
+            leave_out((tip,), far, f"{tip} {STRAY[1]}")
     for name in place:
         length = reach.get(name, body)
-        leave_out((name,), _find_jumps(place[name], length, tracks.interval), f"{name} jumps")
+        leave_out(
+            (name,), _find_jumps(place[name], length, tracks.interval), f"{name} {STRAY[0]}"
+        )
     if not found:
         return tracks, found
     position = tracks.position.copy()
@@ -145,17 +149,35 @@ def _find_jumps(place: np.ndarray, length: float, interval: float) -> np.ndarray
     wrong = np.zeros(len(place), dtype=bool)
     if not length > 0:
         return wrong
-    for _ in range(3):  # a spike hides a smaller one beside it
+    for _ in range(8):  # a spike hides a smaller one beside it
         seen = np.flatnonzero(np.isfinite(place).all(axis=1) & ~wrong)
         if seen.size < 2 * _NEAR:
             break
-        new = _find_excursions(place[seen], seen, length, interval) | _find_spikes(
-            place[seen], seen, length
-        )
+        path = place[seen]
+        new = _find_strays(path, seen, length)
+        if not new.any():
+            new = _find_excursions(path, seen, length, interval) | _find_spikes(
+                path, seen, length
+            )
         if not new.any():
             break
         wrong[seen[new]] = True
     return wrong
+
+
+def _find_strays(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarray:
+    """Whether a place (row, axis) lies far from the median of itself and two places before and
+    after, and off the curve through the others: of several errors close together, each.
+    """
+    off = np.linalg.norm(path - median_filter(path, size=(5, 1), mode="nearest"), axis=1)
+    off[2:-2][frame[4:] - frame[:-4] >= _NEAR] = 0.0  # it shows nothing across a gap
+    odd = (off > _SPIKE * length) & (off > _TIMES_LARGEST * _find_usual(off))
+    if not odd.any() or (~odd).sum() < 2 * _NEAR:
+        return odd & False
+    kept, others = frame[~odd], path[~odd]
+    away = np.linalg.norm(path - CubicSpline(kept, others)(frame), axis=1)
+    usual = percentile_filter(_measure_off(others, kept), 70, size=2 * _NEAR + 1)
+    return odd & (away > _SPIKE * length) & (away > _TIMES * np.interp(frame, kept, usual))
 
 
 def _find_excursions(
@@ -188,6 +210,18 @@ def _find_spikes(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarr
     """Whether a place (row, axis), seen in ``frame`` (row,), lies off the cubic through two places
     before and two after.
     """
+    off = _measure_off(path, frame)
+    beside = np.max([np.roll(off, k) for k in (-2, -1, 1, 2)], axis=0)
+    away = [k for k in range(-_NEAR, _NEAR + 1) if abs(k) > 2]
+    others = np.max([np.roll(off, k) for k in away], axis=0)
+    odd = (off > _TIMES * _find_usual(off)) | (off > _TIMES_LARGEST * others)
+    return (off > _SPIKE * length) & odd & (off > beside)
+
+
+def _measure_off(path: np.ndarray, frame: np.ndarray) -> np.ndarray:
+    """How far each place (row, axis) lies from the cubic through two before and two after; 0 across
+    a gap.
+    """
     offset = np.stack([np.roll(frame, -k) - frame for k in (-2, -1, 1, 2)])[:, 2:-2]
     weight = np.ones(offset.shape)  # Lagrange's, at the frame itself
     for j, k in permutations(range(4), 2):
@@ -196,11 +230,7 @@ def _find_spikes(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarr
     off = np.zeros(len(path))
     off[2:-2] = np.linalg.norm(path[2:-2] - np.sum(weight[:, :, None] * around, axis=0), axis=1)
     off[2:-2][offset[3] - offset[0] > _NEAR] = 0.0
-    beside = np.max([np.roll(off, k) for k in (-2, -1, 1, 2)], axis=0)
-    away = [k for k in range(-_NEAR, _NEAR + 1) if abs(k) > 2]
-    others = np.max([np.roll(off, k) for k in away], axis=0)
-    odd = (off > _TIMES * _find_usual(off)) | (off > _TIMES_LARGEST * others)
-    return (off > _SPIKE * length) & odd & (off > beside)
+    return off
 
 
 def _find_usual(values: np.ndarray) -> np.ndarray:

@@ -25,7 +25,8 @@ _MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 _SLOWEST, _FASTEST = 2.0, 2e4  # [C] frames per second of films of moving animals
 _FRAME = re.compile(r"frames?|frame[ _.]?(?:idx|index|no|number|num|nr)|fnum", re.IGNORECASE)
 _TIME = re.compile(
-    r"(?:time|times|t|timestamps?)(?:[ _.]?[(\[]? ?(?P<unit>s|secs?|seconds?|ms|msecs?|"
+    r"(?:(?:elapsed[ _])?(?:times?|t|time[ _]?stamps?)|(?=secs?$|seconds?$|m[si]))"  # or a unit
+    r"(?:[ _.]?[(\[]? ?(?P<unit>s|secs?|seconds?|ms|msecs?|"
     r"milliseconds?|us|µs|microseconds?) ?[)\]]?)?",
     re.IGNORECASE,
 )

@@ -224,6 +224,8 @@ def load_tracks(
         found = _select(found, landmarks)
     found = project(found, plane, name)
     frame_rate, notes = _choose_rate(found, frame_rate, name)
+    found, every = _take_tracked(found)
+    frame_rate /= every
     found, lost = _leave_out_zeros(found)
     if min_likelihood is None:
         kept = found.settings.get("min_likelihood")
@@ -296,6 +298,20 @@ def _choose_rate(found: Found, given: float | None, name: str) -> tuple[float, d
             " the frames were filmed, that column."
         )
     return given, {"frame rate": f"{given:g} frames/s as given; the file claims {own:.4g}"}
+
+
+def _take_tracked(found: Found) -> tuple[Found, int]:
+    """Every k-th frame alone, and k, where no other was tracked."""
+    rows = np.flatnonzero(np.isfinite(found.position).any(axis=(1, 2)))
+    every = int(np.gcd.reduce(np.diff(rows))) if rows.size > 2 else 1
+    if every == 1:
+        return found, 1
+    kept, words = slice(rows[0], None, every), f"one in {every} frames of the film"
+    likelihood = found.likelihood if found.likelihood is None else found.likelihood[kept]
+    notes = {k: v for k, v in found.notes.items() if k != "left out"} | {"tracked": words}
+    return replace(
+        found, position=found.position[kept], likelihood=likelihood, notes=notes
+    ), every
 
 
 def _leave_out_zeros(found: Found) -> tuple[Found, dict[str, str]]:
