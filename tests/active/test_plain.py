@@ -90,7 +90,7 @@ def test_lanes_are_the_single_environments_through_their_ends():
             ended[k] = found[2] or found[3]
             ends += ended[k]
     assert ends >= 4
-    with pytest.raises(InvalidInput, match=r"finite numbers \(3, 9\), got \(3, 2\)"):
+    with pytest.raises(InvalidInput, match=r"numbers .* \(3, 9\), got \(3, 2\)"):
         lanes.step(np.zeros((3, 2)))
 
 

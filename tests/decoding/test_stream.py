@@ -225,6 +225,14 @@ def test_fifty_samples_too_many_at_the_start_are_left_out_and_one_more_is_refuse
         stream.update(np.zeros(3), 0.0)
 
 
+@pytest.mark.parametrize("factor", [1e3, 1e6, 1e-3])
+def test_times_in_another_unit_than_ms_are_refused_before_an_answer(factor):
+    stream = _decoder().start()
+    with pytest.raises(InvalidInput, match=r"samples come .* time_unit="):
+        for k in range(60):
+            assert stream.update(np.zeros(3), 1.6 * factor * k).state == "waiting"
+
+
 def test_samples_that_waited_and_come_at_once_are_no_faster_sender():
     """A busy host stamps 300 samples of 1 kHz with the same ms, after a pause as long."""
     stream = _decoder().start()

@@ -165,6 +165,6 @@ def test_bad_input_is_named():
     with pytest.raises(InvalidInput, match=r"masses\['ball'\] must be > 0"):
         make_body(BALL, masses={"ball": 0.0})
     inside = BALL.replace(place=tuple(body.shape("left")[5]), name="inside")
-    with pytest.raises(InvalidInput, match="'inside' starts inside the antenna"):
+    with pytest.raises(InvalidInput, match="'inside' starts inside the antenna 'left'"):
         body.add_object(inside)
     assert body.names == ("ball",)

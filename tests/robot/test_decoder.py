@@ -286,7 +286,7 @@ def test_a_port_is_listened_to_at_its_rate_and_its_samples_are_counted(file, tou
     os.close(ours)
     os.close(theirs)
     assert done.exit_code == 0, done.exception
-    assert f"listening at {port}, 921600 baud: 8 numbers a line, in rad\n" in done.output
+    assert f"listening at {port}, 921600 baud: 8 numbers a line, in rad (--unit)" in done.output
     assert re.search(rf"{touched[0][0].time.size} samples at 1000 per second", done.output)
     assert "as a whole: " in done.output
 

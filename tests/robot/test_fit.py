@@ -43,6 +43,23 @@ def test_r_squared_is_the_share_of_the_variance_that_is_not_noise():
     )  # from the first crossing on
 
 
+@pytest.mark.parametrize("sensed", [(1, 2, 4, 7), (2, 5), (1, 3, 4, 5, 6, 8)])
+def test_factors_come_back_from_the_hinges_that_have_a_sensor(sensed):
+    """A release under a force on the tip; channels that are there but empty are the same."""
+    truth = make_robot(stiffness_factor=0.8, damping_factor=5.0)
+    values = simulate_release(truth, make_posture(truth), 1500)
+    theory = make_robot(stiffness_factor=1.0, damping_factor=1.0)
+    few, rows = theory.replace(sensors=np.array(sensed)), np.array(sensed) - 1
+    time = np.arange(values.shape[1], dtype=float)
+    empty = np.full_like(values, np.nan)
+    empty[rows] = values[rows]
+    for felt, model in ((values[rows], few), (empty, theory)):
+        fit = fit_factors(Recording(time=time, values=felt), theory=model)
+        assert fit.stiffness_factor == pytest.approx(0.8, rel=0.01)
+        assert fit.damping_factor == pytest.approx(5.0, rel=0.02)
+    assert np.ptp(compare_tips(Recording(time=time, values=felt), fit.antenna)[0]) > 10
+
+
 @pytest.mark.parametrize(
     ("tip", "message"),
     [

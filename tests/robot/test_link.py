@@ -106,6 +106,12 @@ def test_two_thousand_broken_lines_cost_no_sound_one(between, timed):
     assert link.broken + link.late + len(read) > 6000 - 20  # the others look like notes
 
 
+def test_lines_whose_times_are_in_us_are_broken_and_the_reason_is_named():
+    link = Link(2)
+    found = list(read_samples([f"{2500 * k},1,2" for k in range(300)], 2, link))
+    assert len(found) <= 1 and link.broken >= 299 and "2500 ms after it" in link.fault
+
+
 @given(st.integers(1, 30), st.sampled_from("0123456789"))
 def test_any_one_other_character_breaks_a_line(place, other):
     line = frame_sample(12, 1034.25, np.array([4.73, 4.71, 0.125, -3.5, 0.0625]))

@@ -18,6 +18,7 @@ from feeler.cli import robot_live
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.robot import (
+    Recording,
     draw_robots,
     draw_training_set,
     fit_sensors,
@@ -78,6 +79,41 @@ def test_volts_for_millivolts_are_refused_and_a_glitch_alone_is_left_out(outside
     with pytest.raises(InvalidInput, match=r"20 samples in a row .* calibrated .* unit right"):
         for _ in range(20):
             assert np.isnan(readings.convert(volts)).all()
+
+
+@pytest.mark.parametrize("rail", [0.0, 4095.0])
+def test_one_wire_at_a_rail_is_left_out_live_and_in_a_recording_and_does_not_stop_the_others(
+    rail,
+):
+    """The same angles as without that sensor; a curve is prepared once, not for each sample."""
+    angle = np.linspace(-0.7, 0.7, 15)
+    hinge, reading = np.repeat([1, 2, 3], 15), 2000 + 1300 * np.sin(np.tile(angle, 3))
+    lines = fit_sensors(hinge, np.tile(angle, 3), reading, unit="mV", curve="cubic")
+    values = 2000 + 400 * np.sin(np.arange(120) / [[9], [7], [5]])
+    values[1] = rail
+    other = values.copy()
+    other[1] = np.nan
+    expected = lines.apply(other)
+    live, told = Readings(lines), Readings(lines, missing=(2,))
+    found = np.array([live.convert(sample) for sample in values.T]).T
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(found[:, 0], told.convert(values[:, 0]))
+    assert (live.outside, told.outside) == (120, 0)
+    assert lines._curves is lines._curves
+    recording = Recording(time=np.arange(120.0), values=values, quantity="voltage")
+    kept = recording.to_angles(lines, bad_channels="missing")
+    np.testing.assert_array_equal(kept.values, expected)
+    assert kept.history[-1].endswith("never in its range, made missing: 2")
+    with pytest.raises(InvalidInput, match="most in hinge 2"):
+        recording.to_angles(lines)
+    values[0] = rail  # two of three: not a wire, but a unit
+    with pytest.raises(InvalidInput, match="outside the calibrated range"):
+        Recording(time=np.arange(120.0), values=values, quantity="voltage").to_angles(
+            lines, bad_channels="missing"
+        )
+    with pytest.raises(InvalidInput, match="20 samples in a row"):
+        for sample in values.T:
+            live.convert(sample)
 
 
 def test_degrees_for_radians_and_other_units_than_the_calibration_s_are_refused():
@@ -206,7 +242,7 @@ def test_the_command_skips_what_is_no_sample_and_says_so_while_it_listens(run, t
     said = run("\n".join(torn)).output
     assert (
         "decoder trained before with these settings" in said
-        and "listening: 8 numbers a line, in rad, unless --unit" in said
+        and "listening: 8 numbers a line, in rad (--unit), times in ms (--time-unit)" in said
     )
     assert "1 broken lines so far" in said and f"of the lines that came: {count} broken" in said
 

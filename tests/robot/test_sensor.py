@@ -98,7 +98,10 @@ def test_nothing_is_extrapolated_in_silence():
     ("change", "message"),
     [
         (lambda h, a, c: (h[:-1], a, c), "lists of one length"),
-        (lambda h, a, c: (h + 1, a, c), "numbered 1, 2, … without a hole, got 2, 3, 4"),
+        (
+            lambda h, a, c: (h + 1, a, c),
+            "numbered 1, 2, … from the base.* without a hole, got 2, 3, 4",
+        ),
         (lambda h, a, c: (h[:0], a[:0], c[:0]), "without a hole, got none"),
         (
             lambda h, a, c: (1.0 + np.arange(257), np.ones(257), np.ones(257)),

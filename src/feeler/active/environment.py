@@ -236,8 +236,11 @@ class TouchVectorEnv(VectorEnv):
         if self._plain:
             given = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
             wanted = (self.num_envs, n + self._decide)
-            if given.shape != wanted or not np.isfinite(given).all():
-                raise InvalidInput(f"actions are finite numbers {wanted}, got {given.shape}.")
+            if given.shape != wanted or np.isnan(given).any():
+                what = "NaN among them" if given.shape == wanted else f"{given.shape}"
+                raise InvalidInput(
+                    f"actions are numbers (environment, action) {wanted}, got {what}."
+                )
             move = given[:, :2] * [task.max_speed, task.max_turn]
             return (
                 move,

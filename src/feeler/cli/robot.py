@@ -47,6 +47,7 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
   feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
+import re
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -83,6 +84,9 @@ from feeler.cli.robot_options import (
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 from feeler.progress import ProgressBar
+
+# of a recording's history: what its answers must be seen beside
+_TOLD = re.compile("was not closed|stamps are all 0|gaps over")
 
 app = Commands(
     help="Calibrate, test and classify with a robotic antenna.",
@@ -329,10 +333,13 @@ def classify(
     answers = [answer for answer, _ in judged]
     aligned = np.array([tensor for _, tensor in judged])
     found = [
-        {"file": path.name, **answer.to_plain()}
-        for path, answer in zip(recordings, answers, strict=True)
+        {"file": path.name, **answer.to_plain(), "history": list(one.history)}
+        for path, one, answer in zip(recordings, read, answers, strict=True)
     ]
-    lines = [f"{path.name}: {one}" for path, one in zip(recordings, answers, strict=True)]
+    lines = [
+        "\n  ".join([f"{path.name}: {answer}", *filter(_TOLD.search, one.history)])
+        for path, one, answer in zip(recordings, read, answers, strict=True)
+    ]
     say(as_json, found, lines)
     if out is not None:
         from feeler.cli.robot_pages import _write_answers

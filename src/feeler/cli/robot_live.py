@@ -111,7 +111,7 @@ def stream(
     n = robot.antenna.sensors.size
     link, labels, readings = Link(n), {}, None
     if serial or source == "-":
-        readings = Readings(lines, unit, outside)
+        readings = Readings(lines, unit, outside, gone)
         samples = _listen(source, serial, baud, timeout, link, n, time_unit)
     else:
         units = {"unit": unit, "time_unit": time_unit}
@@ -123,8 +123,10 @@ def stream(
     touch = chosen.start(missing=gone, labels=labels)
     if readings is not None:
         where = f" at {source}, {baud} baud" if serial else ""
-        named = "" if unit else ", unless --unit says otherwise"
-        typer.echo(f"listening{where}: {n} numbers a line, in {readings.unit}{named}", err=True)
+        clock, taken = time_unit or "ms", f"{n} numbers a line, in {readings.unit}"
+        typer.echo(
+            f"listening{where}: {taken} (--unit), times in {clock} (--time-unit)", err=True
+        )
     watch = _Watch(samples, link, readings)
     gc.freeze()  # a search through all that is loaded would hold the samples up for 100 ms
     again = True
@@ -324,10 +326,10 @@ def _decode(touch, watch, every: int, say):
             tell(state)
         if state.state == "over":
             break
-    if state is None and link.fault and watch.samples == 0:
+    if link.broken > 1 and watch.samples < 2:
         raise InvalidInput(
-            f"none of {link.broken} lines is a sample; of the latest: {link.fault} Is this the"
-            " antenna whose sensors the board has, and its baud rate?"
+            f"none of {link.broken + watch.samples} lines is a sample; of the latest: {link.fault}"
+            " Is this the antenna whose sensors the board has, and its baud rate?"
         )
     state = touch.end()
     if state is not None and state.since_contact >= 0 and said is not None:

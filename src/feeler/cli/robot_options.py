@@ -159,7 +159,7 @@ class _Robot:
                 f"{path} holds {recording.quantity}: give --calibration, made by `feeler robot"
                 " calibrate`."
             )
-        return recording.to_angles(lines, outside=outside)
+        return recording.to_angles(lines, outside=outside, bad_channels=bad_channels)
 
     def read(
         self, paths, calibration, outside, gaps, bad_channels: str = "refuse", **units: Any

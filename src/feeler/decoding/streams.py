@@ -26,6 +26,10 @@ _SURPLUS = 50  # samples too many before a faster sender is refused
 _RECENT = 101  # [C] intervals between samples whose median is what a sender usually leaves
 _SLOW = 1.25  # [C] usual interval over the trained one, from which on the sender is slower
 _SLOWEST = 10.0  # [C] ms between samples, over which the time between is not filled in
+_NO_TIME, _ENOUGH = (
+    100.0,
+    20,
+)  # [C] ms between so many samples, from which on times are not in ms
 
 
 # [C] samples over which the resting level is followed while nothing touches
@@ -182,11 +186,16 @@ class Stream:
             if self.surplus > _SURPLUS and self.surplus > 0.25 * (before + 1):
                 raise InvalidInput(
                     f"samples come faster than every {interval:g} ms, which the decoder was trained"
-                    " for. Thin them out, or train with another interval."
+                    " for. Thin them out, or state the unit of their times with time_unit=."
                 )
             return []
         self.surplus -= slot - before - 1  # a pause, after which as many may come at once
         usual = float(np.median(self._steps))
+        if usual > _NO_TIME and len(self._steps) >= _ENOUGH:
+            raise InvalidInput(
+                f"samples come every {usual:.4g} ms, by their times, where a touch needs one every"
+                f" {_SLOWEST:g} ms at least. Are the times in ms? State their unit with time_unit=."
+            )
         if not _SLOW * interval < usual <= _SLOWEST:
             self.missed += slot - before - 1
             return [(slot, sample)]

@@ -212,8 +212,8 @@ def check_clear(
             gap = compute_clearance(points, antenna.radius, item.feature, *where)
         if gap <= 0:
             raise InvalidInput(
-                f"the object {item.name!r} starts inside the antenna, or touching it (clearance"
-                f" {gap:.3g} mm). Move its place away from the antenna; that is its foremost point,"
+                f"the object {item.name!r} starts inside the antenna {antenna.name!r}, or touching"
+                f" it (clearance {gap:.3g} mm). Move its place away; that is its foremost point,"
                 f" and its middle is at ({', '.join(f'{x:.3g}' for x in item.centre)}) mm."
             )
 

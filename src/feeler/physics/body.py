@@ -105,10 +105,11 @@ class Body:
         scenes = {}
         for (name, antenna), softness in zip(antennas.items(), contacts, strict=True):
             base = self._place_base(name, *self._start)
+            called = antenna.replace(name=name)  # errors name the mount
             scene = Scene(
-                antenna=antenna, objects=objects, contact=softness, gravity=gravity, base=base
+                antenna=called, objects=objects, contact=softness, gravity=gravity, base=base
             )
-            check_clear(antenna, objects, scene.initial_angle, scene.base_pose)
+            check_clear(scene.antenna, objects, scene.initial_angle, scene.base_pose)
             warn_of_misses(scene)
             scenes[name] = scene
         kinds: dict[tuple[int, ...], list[str]] = {}

@@ -378,10 +378,12 @@ def _make_body(
 def _add_hub(spec: mujoco.MjSpec, base: mujoco.MjsBody, antenna: Antenna) -> None:
     middle = antenna.hinge_position + antenna.segment_length / 2
     inertia = float(antenna.segment_mass @ middle**2)
-    base.add_joint(name="base_turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1])
+    hinge = base.add_joint(name="base_turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1])
     base.explicitinertial = True
     base.mass, base.ipos, base.inertia = antenna.segment_mass.sum(), [0, 0, 0], [inertia] * 3
     servo = _add_servo(spec, "base_turn", 2 * inertia)
+    # a joint's damping is implicit and stands any timestep, a servo's is not
+    hinge.damping, servo.biasprm[2] = [-servo.biasprm[2], 0, 0], 0.0
     servo.ctrllimited, servo.ctrlrange = True, [-np.pi / 2, np.pi / 2]
 
 

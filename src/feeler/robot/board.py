@@ -148,7 +148,7 @@ typedef struct {{
   int seen, running, since, begun;
 }} feeler_touch;
 
-static void feeler_reset(feeler_touch *touch) {{ memset(touch, 0, sizeof *touch); }}
+static inline void feeler_reset(feeler_touch *touch) {{ memset(touch, 0, sizeof *touch); }}
 
 /* Whether contact is noticed with this sample; else the resting level is followed. */
 static int feeler_notice(feeler_touch *touch, const float *angle) {{
@@ -168,7 +168,7 @@ static int feeler_notice(feeler_touch *touch, const float *angle) {{
   return touch->running >= {confirm};
 }}
 
-static int feeler_push(feeler_touch *touch, const float angle[FEELER_SENSORS]) {{
+static inline int feeler_push(feeler_touch *touch, const float angle[FEELER_SENSORS]) {{
   int n, k, c, best = 0, past = touch->since >= FEELER_WINDOW;
   float turn = 0, tip = 0, most = 0, score, top = 0, sign = 1;
   if (past || (touch->running < {confirm} && !feeler_notice(touch, angle))) return -1;

@@ -145,7 +145,9 @@ class RobotDecoder:
                 raise InvalidInput(
                     f"the recording holds {recording.quantity}, and the decoder no calibration."
                 )
-            recording = recording.to_angles(self.calibration, outside=outside)
+            recording = recording.to_angles(
+                self.calibration, outside=outside, bad_channels=bad_channels
+            )
         felt = subtract_rest(repair(recording, gaps=gaps, bad_channels=bad_channels))
         return judge_recording(self.classifier, felt, self.antenna, self.before)[0]
 

@@ -142,7 +142,8 @@ def fit_factors(
     Parameters
     ----------
     recording
-        Hinge angles on an even time base, first sample at the release.
+        Hinge angles on an even time base, first sample at the release. A hinge that has no sensor,
+        or no values, is taken to bend as a force on the tip bends it beside its neighbours.
     hinges
         Geometry of the flexures; default :func:`make_flexures`.
     theory
@@ -163,6 +164,7 @@ def fit_factors(
     if theory is None:
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
     theory = theory.replace(name=name)
+    recording = _fill_hinges(recording, theory)
     target = _measure_ringing(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
@@ -218,6 +220,7 @@ def compare_tips(
     timestep: float | None = None,
 ) -> np.ndarray:
     """Tip [mm] (2, time) off rest: as recorded, and of ``antenna`` from the same posture."""
+    recording = _fill_hinges(recording, antenna)
     recorded = compute_tip(antenna, _check_release(recording, antenna))
     motion = simulate_release(
         antenna, *_find_release(recording), engine=engine, timestep=timestep
@@ -283,10 +286,22 @@ def _distance(reached: DampedCosine, target: DampedCosine) -> float:
 def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
     """Angles off rest that are let go of, and how long the record goes on."""
     rest = recording.values[:, -max(recording.values.shape[1] // 4, 2) :].mean(axis=1)
-    # a hinge without values counts as straight
-    return np.nan_to_num(recording.values[:, 0] - rest), float(
-        np.ptp(recording.time)
-    ) + INTERVAL
+    return recording.values[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
+
+
+def _fill_hinges(recording: Recording, theory: Antenna) -> Recording:
+    """The recording with an angle for every hinge: one without a sensor, or without values, bends
+    as a force on the tip bends it beside its neighbours.
+    """
+    n, known = theory.n_segments, np.isfinite(recording.values).any(axis=1)
+    sensed = theory.sensors - 1 if known.size != n else np.arange(n)
+    if sensed.size != known.size or not known.any() or (known.all() and known.size == n):
+        return recording
+    share, places = make_posture(theory), sensed[known]
+    join = [np.interp(np.arange(n), places, row) for row in np.eye(places.size)]
+    felt = recording.values[known] / share[places, None]
+    values = share[:, None] * (np.transpose(join) @ felt)
+    return recording.replace(values=values, velocity=None, effort=None)
 
 
 def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
@@ -298,8 +313,8 @@ def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
     if recording.n_sensors != theory.n_segments:
         n = theory.n_segments
         raise InvalidInput(
-            f"the recording has {recording.n_sensors} channels, the model {n} hinges: a release"
-            " can be fitted where every hinge has a sensor."
+            f"the recording has {recording.n_sensors} channels, the model {n} hinges, of which"
+            f" {theory.sensors.size} have a sensor."
         )
     if np.abs(recording.values.sum(axis=0)).max() < _MIN_RINGING:
         raise InvalidInput(

@@ -33,8 +33,11 @@ class Readings:
         Unit of the readings; default: the calibration's, or rad.
     outside
         What becomes of readings outside the calibrated range, as in
-        :meth:`feeler.robot.SensorCalibration.apply`. Under ``refuse`` a reading alone is left out
-        (NaN), and 20 samples in a row with one are refused.
+        :meth:`feeler.robot.SensorCalibration.apply`. Under ``refuse`` they are left out (NaN), and
+        refused after 20 samples in a row in which half of the sensors or more are outside: not one
+        wire but the unit is wrong.
+    missing
+        Numbers of sensors, from 1 at the base, whose readings are not looked at.
 
     Attributes
     ----------
@@ -52,7 +55,9 @@ class Readings:
         calibration: SensorCalibration | None = None,
         unit: str | None = None,
         outside: str = "refuse",
+        missing: Sequence[int] = (),
     ) -> None:
+        self._gone = np.array(missing, dtype=int) - 1
         default = "rad" if calibration is None else calibration.unit
         kept, self._factor = find_unit(unit or default)
         self._lines = None if kept == "rad" else calibration
@@ -83,13 +88,18 @@ class Readings:
             The twentieth sample in a row outside what is possible.
         """
         values = self._factor * values
-        fault = self._find_fault(values)
-        self.outside += bool(fault)
-        self._run = self._run + 1 if fault else 0
-        if self._run >= _IN_A_ROW and (self._lines is None or self._how == "refuse"):
+        values[self._gone] = np.nan
+        lines, known = self._lines, int(np.isfinite(values).sum())
+        beyond = (
+            np.abs(values) > np.pi if lines is None else lines.find_outside(values[:, None])
+        )
+        count = int(beyond.sum())
+        self.outside += count > 0
+        self._run = self._run + 1 if count >= (1 if lines is None else max(known / 2, 1)) else 0
+        if self._run >= _IN_A_ROW and (lines is None or self._how == "refuse"):
             raise InvalidInput(
-                f"{_IN_A_ROW} samples in a row are not possible: {fault} Is the unit right? State"
-                " it with unit=."
+                f"{_IN_A_ROW} samples in a row are not possible: {self._find_fault(values)} Is the"
+                " unit right? State it with unit=."
             )
         if self._lines is None:
             return np.where(np.abs(values) > np.pi, np.nan, values)
@@ -97,19 +107,11 @@ class Readings:
         return self._lines.apply(values[:, None], outside=how)[:, 0]
 
     def _find_fault(self, values: np.ndarray) -> str:
-        """What is not possible about readings, in words; empty where nothing is."""
+        """What is not possible about readings, in words."""
         if self._lines is None:
             most = np.fmax.reduce(np.abs(values), initial=0.0)
-            return (
-                f"a hinge turns by {most:.4g} rad, more than half a turn."
-                if most > np.pi
-                else ""
-            )
-        try:
-            self._lines.apply(values[:, None])
-        except InvalidInput as error:
-            return str(error)
-        return ""
+            return f"a hinge turns by {most:.4g} rad, more than half a turn."
+        return self._lines._describe(values[:, None], self._lines.find_outside(values[:, None]))
 
 
 class _LiveTouch:

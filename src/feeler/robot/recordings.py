@@ -126,11 +126,17 @@ class Recording(Record):
         return self.values.shape[0]
 
     def to_angles(
-        self, calibration: SensorCalibration, *, outside: str = "refuse"
+        self,
+        calibration: SensorCalibration,
+        *,
+        outside: str = "refuse",
+        bad_channels: Annotated[str, Choice(("refuse", "missing"))] = "refuse",
     ) -> "Recording":
         """The same recording as hinge angles.
 
-        Another robot's calibration and readings out of range are refused.
+        Another robot's calibration and readings out of range are refused. Under
+        ``bad_channels="missing"`` a channel that never comes into its range is made missing (NaN),
+        where more than half of the channels do: its wire is broken.
         """
         if self.quantity == "angle":
             raise InvalidInput(
@@ -141,9 +147,17 @@ class Recording(Record):
                 f"the calibration is of readings in {calibration.unit}, the recording is in"
                 f" {self.unit}. Calibrate these channels, or state the unit that they have."
             )
-        angle = calibration.apply(self.values, robot=self.robot, outside=outside)
+        values, said = self.values.copy(), ""
+        if bad_channels == "missing" and self.n_sensors == calibration.n_hinges:
+            never = (calibration.find_outside(values) | np.isnan(values)).all(axis=1)
+            off = np.flatnonzero(never & np.isfinite(values).any(axis=1))
+            if off.size < self.n_sensors / 2:
+                values[off] = np.nan
+                said = f"; never in its range, made missing: {', '.join(map(str, off + 1))}"
+                said *= off.size > 0
+        angle = calibration.apply(values, robot=self.robot, outside=outside)
         result = self.replace(values=angle, quantity="angle", unit="rad")
-        return result.noted(f"{self.quantity} to angle by calibration, outside={outside}")
+        return result.noted(f"{self.quantity} to angle by calibration, outside={outside}{said}")
 
     def noted(self, words: str) -> "Recording":
         """The same recording with one more line of history."""

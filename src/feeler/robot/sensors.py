@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -166,18 +167,29 @@ class SensorCalibration(Record):
         slope, offset, low, high = (
             v[:, None] for v in (self.slope, self.offset, self.low, self.high)
         )
-        margin = _MARGIN * (high - low)
-        beyond = (capacitance < low - margin) | (capacitance > high + margin)
+        beyond = self.find_outside(capacitance)
         if outside == "refuse" and beyond.any():
             raise InvalidInput(self._describe(capacitance, beyond))
         if outside == "clip":
             capacitance = np.where(beyond, np.clip(capacitance, low, high), capacitance)
-        if self.readings is None or self.angles is None:
-            angle = slope * capacitance + offset
-        else:
-            tables = zip(self.readings, self.angles, capacitance, strict=True)
-            angle = np.array([_follow(*table) for table in tables])
+        angle = slope * capacitance + offset
+        if self._curves:
+            found = zip(self._curves, capacitance, strict=True)
+            angle = np.array([curve(values) for curve, values in found])
         return np.where(beyond, np.nan, angle) if outside == "missing" else angle
+
+    def find_outside(self, capacitance: np.ndarray) -> np.ndarray:
+        """Which readings (hinge, sample) lie outside their range, by more than 2 % of it."""
+        low, high = self.low[:, None], self.high[:, None]
+        margin = _MARGIN * (high - low)
+        return (capacitance < low - margin) | (capacitance > high + margin)
+
+    @cached_property
+    def _curves(self) -> list[Callable[[np.ndarray], np.ndarray]]:
+        """Angle as a function of the reading, hinge by hinge; none for lines."""
+        if self.readings is None or self.angles is None:
+            return []
+        return [_join(*table) for table in zip(self.readings, self.angles, strict=True)]
 
     def _describe(self, capacitance: np.ndarray, beyond: np.ndarray) -> str:
         hinge = int(np.argmax(beyond.sum(axis=1)))
@@ -297,7 +309,8 @@ def fit_sensors(
     if numbers.size == 0 or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
         shown = ", ".join(f"{number:g}" for number in numbers[:12])
         raise InvalidInput(
-            f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}."
+            "channels must be numbered 1, 2, … from the base, whichever hinges they sit on, without"
+            f" a hole, got {shown or 'none'}."
         )
     n = numbers.size
     each = [(angle[hinge == k], capacitance[hinge == k]) for k in range(1, n + 1)]
@@ -339,11 +352,16 @@ def _tabulate(
     return knots, function(knots)
 
 
-def _follow(readings: np.ndarray, angles: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _join(readings: np.ndarray, angles: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Angles at readings: the monotone cubic spline through a table, straight beyond its ends."""
-    spline = PchipInterpolator(readings, angles)
-    inside = np.clip(at, readings[0], readings[-1])
-    return spline(inside) + spline(inside, 1) * (at - inside)
+    spline, ends = PchipInterpolator(readings, angles), readings[[0, -1]]
+    first, last = spline(ends, 1)
+
+    def follow(at: np.ndarray) -> np.ndarray:
+        inside = np.clip(at, *ends)
+        return spline(inside) + np.where(at < ends[0], first, last) * (at - inside)
+
+    return follow
 
 
 def _fit_curve(
@@ -357,7 +375,7 @@ def _fit_curve(
         rising = IsotonicRegression(increasing="auto").fit(means[order], levels[order])
         knots, first = np.unique(means[order], return_index=True)
         values = rising.predict(means[order])[first]
-        return lambda at: _follow(knots, values, at)
+        return _join(knots, values)
     centre, half = reading.mean(), np.ptp(reading) / 2
     line = np.polyfit((reading - centre) / half, angle, CURVES.index(curve) + 1)
     return lambda at: np.polyval(line, (at - centre) / half)

@@ -153,16 +153,23 @@ class Link:
         values: np.ndarray,
         held: tuple[float | None, np.ndarray] | None,
     ) -> list[tuple[float | None, np.ndarray]]:
-        self._drop(held)
+        self._drop(held, time)
         self._held = time, values
         return []
 
-    def _drop(self, held: tuple[float | None, np.ndarray] | None) -> None:
-        """Count a sample held back that no other goes on from."""
+    def _drop(
+        self, held: tuple[float | None, np.ndarray] | None, after: float | None = None
+    ) -> None:
+        """Count a sample held back that no other goes on from, not even that at ``after`` [ms]."""
         if held is None:
             return
         time = held[0]
-        if time is None or self._timed is None:
+        if time is not None and after is not None and self._timed is None:
+            self.refuse(
+                f"the next line comes {after - time:g} ms after it, by their times. Are they in ms?"
+                " State their unit with time_unit=."
+            )
+        elif time is None or self._timed is None:
             self.refuse(_LAYOUT)
         elif -_MAX_PAUSE <= time + self._turns * CLOCK - self._time <= 0:
             self.late += 1
