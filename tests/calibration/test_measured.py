@@ -28,7 +28,8 @@ from feeler.calibration import (
 )
 from feeler.calibration.traces import simulate_steps
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.experiments.mechanics import IMPULSE_LEAD, hit
+from feeler.experiments.mechanics import IMPULSE_LEAD, hit, hold
+from feeler.physics.equilibrium import compute_point
 
 from .small_antenna import make_small
 
@@ -36,13 +37,15 @@ HELD = Protocol(at=10.0, deflection=1.0)
 PLANTED = {"stiffness": 1.3, "damping": 0.75}
 
 
-def write_film(path, antenna, *, turn=0.7, gap=(), scale=8.0, noise=0.2, seed=0, size=12.0):
+def write_film(
+    path, antenna, *, turn=0.7, gap=(), scale=8.0, noise=0.2, seed=0, size=12.0, held=HELD
+):
     """A DeepLabCut table of a release: base, mid and tip of an antenna that points ``turn`` rad
     away from up; ``gap`` frames have an unsure tip.
     """
     rng, time = np.random.default_rng(seed), np.arange(0, 120, 1.0)
     moved = simulate_steps(
-        [antenna], HELD.replace(step_duration=125.0), np.maximum(time - 20.4, 0.0), (0.5, 1.0)
+        [antenna], held.replace(step_duration=125.0), np.maximum(time - 20.4, 0.0), (0.5, 1.0)
     )[0]
     moved = np.vstack([np.zeros(time.size), moved]) * size
     along, across = (np.array([np.sin(t), -np.cos(t)]) for t in (turn, turn + np.pi / 2))
@@ -81,6 +84,23 @@ def test_a_tracked_release_is_the_trace_across_the_antenna(tmp_path, turn, gap):
     assert np.abs(rows[:, :90] / rows[-1, 0] - exact).max(axis=(1, 2)).min() < 0.02
     fitted = fit_traces(join_films([film]), make_small(), protocol=HELD)
     np.testing.assert_allclose(fitted.p, [*PLANTED.values()], rtol=0.05)
+
+
+@pytest.mark.parametrize("scale", [None, 8.0])
+def test_how_far_it_was_held_aside_is_taken_from_the_film(tmp_path, scale):
+    """Without it a large deflection is fitted as a stiffness that changes along the antenna."""
+    animal, held = make_small(*PLANTED.values()), HELD.replace(deflection=4.0)
+    aside = compute_point(animal, hold(animal, held.at, held.deflection), 1.0)[0]
+    file = write_film(tmp_path / "a.csv", animal, held=held, size=aside)
+    film = load_film(file, ["base", "mid", "tip"], frame_rate=1000, scale=scale)
+    matched = film.match_protocol(make_small(), HELD).deflection
+    assert matched == pytest.approx(4.0, rel=0.03)
+    tilts = []
+    for deflection in (matched, None):
+        one = Measurements(releases=(film.make_traces(),), deflection=deflection)
+        found = fit_measurements([one], make_small(), protocol=HELD)
+        tilts.append(abs(found.p[found.names.index("stiffness_tilt")]))
+    assert tilts[0] < 0.05 and tilts[0] < 0.5 * tilts[1]
 
 
 def test_what_was_filled_in_does_not_count(tmp_path):
@@ -145,6 +165,12 @@ def test_force_and_deflection_are_a_cantilevers(tmp_path, radii, at):
         length=40.0, radius=f"{base} + ({tip - base}) * x", modulus=700.0, density=1.1e-3
     )
     curves = load_forces(tmp_path / "f.csv", at=at)
+    table[:, 1] *= -1.0  # the antenna's own force on the load cell; rows are numbered
+    rows = np.column_stack([np.arange(12), table])
+    header = ",deflection_um,force (uN)"
+    np.savetxt(tmp_path / "g.csv", rows, "%.8g", ",", header=header, comments="")
+    (own,) = load_forces(tmp_path / "g.csv", at=at)
+    np.testing.assert_allclose(own.force, curves[0].force)
     found = fit_measurements([Measurements(forces=curves)], guess)
     assert 700 * found.p[0] == pytest.approx(2000, rel=0.01)
     assert found.names == ("stiffness",) and "release" in found.held["damping"]
@@ -160,7 +186,19 @@ def test_a_stiffness_of_another_unit_is_questioned(factor, asked):
         deflection=moved, force=factor * compute_force(antenna, moved, 16.0), at=16.0
     )
     said = " ".join(fit_measurements([Measurements(forces=(curve,))], antenna).describe())
-    assert ("are its modulus and the units of force and deflection right?" in said) is asked
+    assert ("are its modulus, the frame rate, and the units" in said) is asked
+
+
+def test_a_table_of_several_animals_is_a_curve_for_each(tmp_path):
+    rows = [f"{who};{d};{k * d}" for d in (1, 2, 3) for who, k in (("b", 2), ("a 1", 5))]
+    (tmp_path / "f.csv").write_text("animal;deflection_mm;force_mN\n" + "\n".join(rows))
+    curves = load_forces(tmp_path / "f.csv", at=9.0)
+    assert {one.name: one.force[-1] / one.deflection[-1] for one in curves} == pytest.approx(
+        {"a 1": 5e-3, "b": 2e-3}
+    )
+    assert [one.name for one in load_forces(tmp_path / "f.csv", at=9.0, name="b")] == ["b"]
+    with pytest.raises(InvalidInput, match="no animal 'c'; there are b, a 1"):
+        load_forces(tmp_path / "f.csv", at=9.0, name="c")
 
 
 def test_large_deflections_stiffen_as_the_statics_say():

@@ -67,7 +67,7 @@ def files(tmp_path, monkeypatch):
         (
             "other.csv",
             (
-                "a table that no verb of feeler reads as it is",
+                "a table that no command of feeler reads as it is",
                 "column      b: 2 … 3",
                 "column      who: text ('me' …)",
                 "because     other.csv: 0 channels",

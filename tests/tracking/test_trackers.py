@@ -433,3 +433,17 @@ def test_a_sleap_project_is_named_with_the_command_that_helps(tmp_path):
         words = f"{said.output} {said.exception}"
         assert "sio convert walk.slp -o walk.analysis.h5 --to analysis_h5" in words
         assert "damaged" not in words
+
+
+@pytest.mark.parametrize("clock", ["", "time_ms"])
+def test_a_first_column_without_a_name_numbers_the_rows(tmp_path, clock):
+    """As pandas and R write them: rows that were taken out are frames that were not seen."""
+    names = ["", clock] if clock else [""]
+    rows = [(k, *[5.0 * k] * bool(clock), k, 2.0 * k) for k in range(12) if k not in (4, 5)]
+    lines = [",".join([*names, "tip_x", "tip_y"]), *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "t.csv").write_text("\n".join(lines))
+    tracks = load_tracks(tmp_path / "t.csv", frame_rate=None if clock else 200)
+    assert tracks.n_frames == 12 and tracks.interval == 5.0
+    x = tracks.of("tip")[:, 0]
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(x)), [4, 5])
+    np.testing.assert_array_equal(x[6:], np.arange(6, 12))

@@ -149,7 +149,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
     if study.fit is not None:
         section.heading("The fitted antenna")
         _add_fit(section, study.fit, study.animals)
-    if study.touch is not None:
+    if not study.contacts.empty:
         section.heading("What it feels")
         section.figure(
             "touch",

@@ -29,14 +29,12 @@ from feeler.calibration import (
 )
 from feeler.calibration.joint import compute_animal_spread
 from feeler.errors import FeelerError, InvalidInput
-from feeler.experiments.mechanics import hold
 from feeler.objects.bodies import Object
 from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import parse_feature
 from feeler.objects.trials import Trial
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.physics.equilibrium import compute_point
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.presets import PRESETS, make_preset
@@ -67,7 +65,7 @@ _NEEDS = {
     "spikes": "[object], and an antenna; beside recorded ones if [spikes] names a file",
 }
 """What each part is computed from."""
-_LONGEST = 2000.0  # [C] ms of a touch that is simulated
+_LONGEST = 10_000.0  # [C] ms of a touch that is simulated
 _SAMPLE = 0.5  # [C] ms; sensilla adapt too fast for 1 ms
 _LET_GO = 10.0  # [C] ms without force that end a contact
 _PRESSED = 1e-3  # [C] share of the largest force above which an antenna is in contact
@@ -331,9 +329,16 @@ def _make_protocol(study: AnimalStudy) -> Protocol:
 def _fit(study: AnimalStudy, progress: Advance | None) -> None:
     if not study.animals or study.start is None:
         return
-    study.fit = fit_measurements(
-        study.animals, study.start, protocol=_make_protocol(study), progress=progress
-    )
+    protocol = _make_protocol(study)
+    animals = [
+        animal.replace(
+            deflection=study.films[animal.name].match_protocol(study.start, protocol).deflection
+        )
+        if animal.releases
+        else animal
+        for animal in study.animals
+    ]
+    study.fit = fit_measurements(animals, study.start, protocol=protocol, progress=progress)
     study.antenna = study.fit.antenna
 
 
@@ -348,24 +353,10 @@ def _predict(study: AnimalStudy) -> None:
             film.make_traces(),
             study.antenna,
             start=study.start,
-            protocol=_match_deflection(film, study.antenna, protocol),
+            protocol=film.match_protocol(study.antenna, protocol),
         )
         for film in study.held_out.values()
     ]
-
-
-def _match_deflection(film: Film, antenna: Antenna, protocol: Protocol) -> Protocol:
-    """The protocol that holds the outermost point as far aside as in the film."""
-    reach = np.linalg.norm(film.rest[-1] - (film.rest[0] if film.place[0] == 0 else 0.0))
-    unit = 1.0 if film.unit == "mm" else reach / (antenna.length * film.place[-1])
-    held = abs(float(np.median(film.displacement[-1, :5]))) / unit
-    rest = compute_point(antenna, antenna.rest_angle, film.place[-1])
-    for _ in range(3):
-        angle = hold(antenna, protocol.at, protocol.deflection)
-        aside = abs(compute_point(antenna, angle, film.place[-1])[0] - rest[0])
-        deflection = min(protocol.deflection * held / aside, 0.7 * protocol.at)
-        protocol = protocol.replace(deflection=deflection)
-    return protocol
 
 
 def _measure_walks(study: AnimalStudy) -> list[Tracks]:
@@ -449,7 +440,13 @@ def _set_scene(
     """The object where it was tracked, or on its way to the antenna; and for how long [ms]."""
     touched = study.plan.object
     assert touched is not None
-    end = _LONGEST if base is None or base.time is None else min(float(base.time[-1]), _LONGEST)
+    end = _LONGEST if base is None or base.time is None else float(base.time[-1])
+    if end > _LONGEST:
+        study.problems["the touch"] = (
+            f"the walk lasts {1e-3 * end:.3g} s, of which the first {1e-3 * _LONGEST:g} s are"
+            " simulated. Cut the film to the contact."
+        )
+    end = min(end, _LONGEST)
     if not touched.landmark:
         trial = Trial(
             feature=feature, location=touched.location, speed=touched.speed, base=base
@@ -476,7 +473,8 @@ def _compare_tip(
     walk: Tracks, how: Any, antenna: Antenna, motion: Any, base: BaseMotion
 ) -> float:
     """Distance of the simulated tip from the filmed one [mm], r.m.s."""
-    name = next((tip for tip in how.tips if tip in walk.landmarks), "")
+    tips = how.tips[::-1] if how.angle > 0 else how.tips  # right, left
+    name = next((tip for tip in tips if tip in walk.landmarks), "")
     if not name or base.time is None:
         return float("nan")
     filmed = walk.of(name)[:, :2]
@@ -497,10 +495,13 @@ def _fire(study: AnimalStudy) -> None:
     if study.touch is None:
         return
     touch = study.touch
-    around = np.array((0.0, 90.0) if "plane" in touch.dims else (0.0,))
-    population = find_gain(touch, place_sensilla(touch["position"].values, 30.0, around=around))
-    times = draw_spikes(population.encode(touch), seed=0)["spike_time"].values
-    study.spikes = {"simulated": float(np.isfinite(times).sum())}
+    if study.contacts.empty:  # a gain by the greatest rate would be that of rounding errors
+        study.missing["simulated spikes"] = "an object that the antenna meets"
+    else:
+        around = np.array((0.0, 90.0) if "plane" in touch.dims else (0.0,))
+        sensilla = place_sensilla(touch["position"].values, 30.0, around=around)
+        times = draw_spikes(find_gain(touch, sensilla).encode(touch), seed=0)["spike_time"]
+        study.spikes = {"simulated": float(np.isfinite(times.values).sum())}
     if study.plan.spikes is None:
         return
     trains = read_trains(study.plan.find(study.plan.spikes.file))

@@ -27,7 +27,7 @@ from feeler.calibration.traces import (
 )
 from feeler.errors import FeelerError, InvalidInput
 from feeler.progress import Advance, show_progress
-from feeler.records import Len, Record, Shown
+from feeler.records import Gt, Len, Record, Shown, Unit
 from feeler.validation import checked
 
 # What is fitted: factors on the hinges and masses of the antenna that one begins with.
@@ -79,12 +79,16 @@ class Measurements(Record):
     forces : tuple[ForceCurve, ...]
     ratios : tuple[Ratios, ...]
         Of impulses, as :func:`measure_impulse_film` gives them.
+    deflection : float | None
+        How far the antenna was held aside before its releases, where the protocol says
+        (:meth:`Film.match_protocol`) [mm]; default: the protocol's.
     """
 
     name: str = "animal"
     releases: tuple[Traces, ...] = ()
     forces: tuple[ForceCurve, ...] = ()
     ratios: tuple[Ratios, ...] = ()
+    deflection: Annotated[float, Gt(0), Unit("mm")] | None = None
 
     def _check(self) -> None:
         if not (self.releases or self.forces or self.ratios):
@@ -180,12 +184,19 @@ class MeasurementFit(Shown):
                     f"the antenna is {p:.3g} times as heavy as its diameters and density say: are"
                     " the frame rate, the force's unit and the place where it acts right?"
                 )
-            if name == "stiffness" and not 1 / _STIFF < p < _STIFF:
-                lines.append(
-                    f"the antenna is {p:.3g} times as stiff as the first guess: are its modulus and"
-                    " the units of force and deflection right?"
-                )
+            if name == "stiffness":
+                lines += question_stiffness(p)
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
+
+
+def question_stiffness(factor: float) -> list[str]:
+    """A line of doubt where ``factor`` is far from 1."""
+    if 1 / _STIFF < factor < _STIFF:
+        return []
+    return [
+        f"the antenna is {factor:.3g} times as stiff as the first guess: are its modulus, the frame"
+        " rate, and the units of force and deflection right?"
+    ]
 
 
 @checked
@@ -366,6 +377,8 @@ how many numbers were measured."""
 
 
 def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Found:
+    if animal.deflection is not None:
+        protocol = protocol.replace(deflection=animal.deflection)
     blocks = _make_blocks(animal, hinges, protocol)
     n, late = len(hinges.names), [block for block in blocks if block.shifts]
     low, high = (

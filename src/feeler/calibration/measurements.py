@@ -11,13 +11,16 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 from scipy.interpolate import CubicSpline
 from sklearn.isotonic import isotonic_regression
 
 from feeler.antenna.files import BEAM_UNITS
 from feeler.antenna.segments import Antenna
+from feeler.calibration.problem import Protocol
 from feeler.calibration.traces import MAX_GAP, Traces, _cut_at_release, bridge, find_rest
 from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning
+from feeler.experiments.mechanics import hold
 from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.records import Ge, Gt, Len, Record, Unit
 from feeler.tensors.table import Table, read_table
@@ -220,7 +223,9 @@ def load_forces(
 
     Forces in g are a balance's. A column ``at`` (with its unit), the distance of the loaded point
     from the base, gives a curve for each place; else it is ``at`` [mm]. ``name`` is the animal's,
-    by default the file's.
+    by default the file's; where a column ``animal`` says whose a row is, that of the one to take,
+    by default of all. A force that falls as the deflection
+    grows is taken as the antenna's own on the load cell, with the opposite sign.
 
     Raises
     ------
@@ -228,8 +233,8 @@ def load_forces(
         A column without a unit, no place, or a curve that is not monotone.
     """
     table = read_table(path, words=True)
-    deflection = _find_column(table, ("deflection", "displacement"), _LENGTHS)
-    force = _find_column(table, ("force", "load"), _FORCES)
+    deflection = np.asarray(_find_column(table, ("deflection", "displacement"), _LENGTHS))
+    force = np.asarray(_find_column(table, ("force", "load"), _FORCES))
     places = _find_column(table, ("at", "arm", "place"), _LENGTHS, needed=False)
     if places is None:
         if at is None:
@@ -238,15 +243,26 @@ def load_forces(
                 " in mm (at=), or a column at_mm."
             )
         places = np.full(len(table.values), at)
+    force = force * (-1.0 if np.cov(deflection, force)[0, 1] < 0 else 1.0)
+    who = np.full(len(places), name or Path(path).stem)
+    if "animal" in table.columns:
+        who = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)["animal"]
+        who = who.to_numpy(dtype=str)
+        if name not in ("", *who):
+            raise InvalidInput(
+                f"{table.source}: no animal {name!r}; there are {', '.join(dict.fromkeys(who))}."
+            )
     return tuple(
         ForceCurve(
-            deflection=np.asarray(deflection)[places == place],
-            force=np.asarray(force)[places == place],
+            deflection=deflection[mine],
+            force=force[mine],
             at=float(place),
-            name=name or Path(path).stem,
+            name=str(animal),
             source=table.source,
         )
-        for place in np.unique(places)
+        for animal, place in sorted({*zip(who, places, strict=True)})
+        if name in ("", animal)
+        for mine in [(who == animal) & (places == place)]
     )
 
 
@@ -371,6 +387,19 @@ class Film(Record):
         """Displacement across the resting antenna (point, frame) [``unit``], without the base."""
         moved = (self.position - self.rest) @ self.axes[1]
         return moved.T[self.place > 0]
+
+    def match_protocol(self, antenna: Antenna, protocol: Protocol) -> Protocol:
+        """The protocol that holds the outermost point of ``antenna`` as far aside as the film's."""
+        reach = np.linalg.norm(self.rest[-1] - (self.rest[0] if self.place[0] == 0 else 0.0))
+        unit = 1.0 if self.unit == "mm" else reach / (antenna.length * self.place[-1])
+        held = abs(float(np.median(self.displacement[-1, :5]))) / unit
+        rest = compute_point(antenna, antenna.rest_angle, self.place[-1])
+        for _ in range(3):
+            angle = hold(antenna, protocol.at, protocol.deflection)
+            aside = abs(compute_point(antenna, angle, self.place[-1])[0] - rest[0])
+            deflection = min(protocol.deflection * held / aside, 0.7 * protocol.at)
+            protocol = protocol.replace(deflection=deflection)
+        return protocol
 
     def make_traces(self, *, release: bool = True) -> Traces:
         """The displacements as traces of this animal, cut at the release where one is asked for."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from feeler.analysis import measure_deflection_ratios, measure_free_response
 from feeler.antenna import Antenna, compute_modes
@@ -252,8 +253,8 @@ class Protocol(Record):
         (motion,) = self._run([self._step_scene(antenna)], self.step_duration)
         if isinstance(motion, Exception):
             raise motion
-        index = np.clip(np.searchsorted(motion.time, time), 0, motion.time.size - 1)
-        return antenna.shape(motion.angle[index])
+        held = np.clip(time, motion.time[0], motion.time[-1])
+        return antenna.shape(CubicSpline(motion.time, motion.angle)(held))
 
     def _add(
         self,

@@ -21,7 +21,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
 from feeler.records import ALLOW_NAN, Choice, Gt, Lt, Record, Shown, freeze
-from feeler.tensors.table import Table, parse_table, read_table
+from feeler.tensors.table import ROW, Table, parse_table, read_table
 from feeler.validation import Count, checked
 
 # Recorded free responses: tip displacement of several animals over time, from a CSV file.
@@ -160,8 +160,8 @@ def load_traces(
             f"cannot read {path}: no such file. Give a CSV file, or {_EXAMPLE!r} for the example."
         )
     time, column = _read_time(table, frame_rate)
-    names = tuple(name for name in table.columns if name != column)
-    moved = np.delete(table.values, table.columns.index(column), axis=1)
+    names = tuple(name for name in table.columns if name not in (column, ROW))
+    moved = table.values[:, [table.columns.index(name) for name in names]]
     bridged = np.isnan(moved)
     displacement = bridge(moved, max_gap, names, table.source).T
     words = " ".join((str(path), *table.notes.keys(), *table.notes.values())).lower()

@@ -20,6 +20,7 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import median
 from types import SimpleNamespace
 from typing import Annotated, Any
 
@@ -166,19 +167,18 @@ def _is_forces(file: str) -> bool:
     return is_force_table(file)
 
 
-def _load_releases(said: SimpleNamespace, files: list[str]) -> Any:
-    """Traces of the releases in these files."""
+def _load_releases(said: SimpleNamespace, files: list[str]) -> tuple[Any, list[Any]]:
+    """Traces of the releases in these files, and the films that they are of."""
     from feeler.calibration import join_films, load_film, load_traces
 
     if said.points:
         points = [point.strip() for point in said.points.split(",")]
         options: dict[str, Any] = {"frame_rate": said.frame_rate, "individual": said.individual}
-        return join_films(
-            [
-                load_film(file, points, scale=said.scale, max_gap=said.max_gap, **options)
-                for file in files
-            ]
-        )
+        films = [
+            load_film(file, points, scale=said.scale, max_gap=said.max_gap, **options)
+            for file in files
+        ]
+        return join_films(films), films
     if len(files) > 1:
         raise InvalidInput(
             "several tables of releases: join them, with a column for each animal. Several files of"
@@ -186,9 +186,10 @@ def _load_releases(said: SimpleNamespace, files: list[str]) -> Any:
         )
     release = said.release or ("first" if said.frame_rate is None else "found")
     try:
-        return load_traces(
+        traces = load_traces(
             files[0], frame_rate=said.frame_rate, release=release, max_gap=said.max_gap
         )
+        return traces, []
     except InvalidInput as error:
         raise _name_landmarks(files[0]) or error from None
 
@@ -219,7 +220,14 @@ def _fit_measured(said: SimpleNamespace, antenna: Any) -> None:
         curve for file in said.data if _is_forces(file) for curve in load_forces(file, at=place)
     ]
     others = [file for file in said.data if not _is_forces(file)]
-    traces = _load_releases(said, others) if others else None
+    traces, films = _load_releases(said, others) if others else (None, [])
+    held = (
+        {}
+        if said.at is None or traces is None
+        else {"at": said.at, "deflection": 0.1 * said.at}
+    )
+    protocol = Protocol(engine=said.engine, **held)
+    aside = {film.name: film.match_protocol(antenna, protocol).deflection for film in films}
     if traces is None:
         each = [
             Measurements(name=name, forces=tuple(one for one in curves if one.name == name))
@@ -227,18 +235,16 @@ def _fit_measured(said: SimpleNamespace, antenna: Any) -> None:
         ]
     else:
         each = [
-            Measurements(name=name, releases=(traces.select(name),), forces=tuple(curves))
+            Measurements(
+                name=name,
+                releases=(traces.select(name),),
+                forces=tuple(curves),
+                deflection=aside.get(name),
+            )
             for name in traces.animals
         ]
-    held = (
-        {}
-        if said.at is None or traces is None
-        else {"at": said.at, "deflection": 0.1 * said.at}
-    )
     with ProgressBar("animals") as progress:
-        fit = fit_measurements(
-            each, antenna, protocol=Protocol(engine=said.engine, **held), progress=progress
-        )
+        fit = fit_measurements(each, antenna, protocol=protocol, progress=progress)
     lines = [
         f"{len(each)} animal{'s' * (len(each) > 1)}, factors on {antenna.name}",
         *fit.describe(),
@@ -275,19 +281,28 @@ def _say_modulus(name: str, fit: Any) -> list[str]:
 def _fit_data(said: SimpleNamespace, antenna: Any, profile: str) -> None:
     from feeler.calibration import Protocol, fit_traces, make_hinges
 
-    traces = _load_releases(said, said.data)
+    traces, films = _load_releases(said, said.data)
     hinges = make_hinges(profile, antenna)
     held = {} if said.at is None else {"at": said.at, "deflection": 0.1 * said.at}
+    protocol = Protocol(engine=said.engine, **held)
+    if films:
+        aside = [film.match_protocol(antenna, protocol).deflection for film in films]
+        protocol = protocol.replace(deflection=median(aside))
     with ProgressBar("animals") as progress:
         result = fit_traces(
             traces,
             antenna,
             by=said.by,
             hinges=hinges,
-            protocol=Protocol(engine=said.engine, **held),
+            protocol=protocol,
             progress=progress,
         )
-    lines = _describe_fit(traces, hinges, result, said.by, _explain(profile, antenna.name))
+    origin = "as in the film" if films else "a choice"
+    lines = [
+        *_describe_fit(traces, hinges, result, said.by, _explain(profile, antenna.name)),
+        f"simulated as held {protocol.deflection:.3g} mm aside ({origin}), {protocol.at:g} mm from"
+        " the base",
+    ]
     say(said.as_json, _make_plain(result, hinges), lines)
     if said.by == "trace" and result.residual.max() > _BAD:
         typer.echo(
@@ -328,6 +343,8 @@ def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
 def _describe_fit(
     traces: Any, hinges: Any, result: Any, by: str, explained: str
 ) -> Iterator[str]:
+    from feeler.calibration.joint import question_stiffness
+
     count = len(result.animals)
     if filled := int(traces.bridged.sum()):
         yield f"{filled} missing samples are filled in and do not count in the fit"
@@ -341,6 +358,8 @@ def _describe_fit(
         yield (
             f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})"
         )
+    if hinges.name in ("scale", "tilt"):
+        yield from question_stiffness(result.p[0])
     if result.band is not None:
         yield result.band.describe()
     if result.directions is not None and len(result.names) > 1:

@@ -90,7 +90,7 @@ def name_instead(path: str | Path, kind: str) -> FeelerError | None:
         return None
     wanted = {"tracks": "tracks", "recording": "recording of a robot"}.get(kind, kind)
     said = f"{name} holds no {wanted}. It is of another kind: {form.words}."
-    table = {"table": "feeler info {0} says what the verbs ask for"}
+    table = {"table": "feeler info {0} says what the commands ask for"}
     advice = find_advice(form, content, name, _NEXT | table)
     return InvalidInput(f"{said} Next: {advice}." if advice else said)
 
@@ -134,14 +134,46 @@ def _name_traces() -> dict[str, Any]:
             f"next        feeler calibrate --data {path.name}{rate}",
         ]
 
-    form = Format(
-        words="traces of released antennae",
-        kind="traces",
-        detect=PLAIN_TABLES["table"].detect,
-        load=load,
-        tell=list,
-    )
-    return {"traces": form}
+    def load_curves(path: Path, limits: Any, trusted: bool) -> list[str]:
+        from feeler.calibration import load_forces
+
+        curves = load_forces(path, at=1e9)
+        spans = [
+            f"{what:11} {min(ends):.4g} … {max(ends):.4g} [{unit}]"
+            for what, unit in (("deflection", "mm"), ("force", "N"))
+            for ends in [[f(getattr(one, what)) for one in curves for f in (min, max)]]
+        ]
+        return [
+            f"animals     {', '.join(dict.fromkeys(one.name for one in curves))}",
+            *spans,
+            f"next        feeler calibrate --data {path.name} --at MM --antenna ANTENNA",
+        ]
+
+    def load_segments(path: Path, limits: Any, trusted: bool) -> list[str]:
+        from feeler.calibration import load_microscope
+
+        found = load_microscope(path, modulus=1.0)
+        return [
+            f"segments    {found.n_segments}, {found.length:.4g} mm in all",
+            f"diameter    {2 * found.radius[0]:.4g} (base) … {2 * found.radius[-1]:.4g} mm",
+            f"next        feeler antenna NEW.toml --from {path.name} --modulus MPA",
+        ]
+
+    readers = {
+        "force against deflection": load_curves,
+        "segments of an antenna": load_segments,
+        "traces of released antennae": load,
+    }
+    return {
+        words: Format(
+            words=words,
+            kind="traces",
+            detect=PLAIN_TABLES["table"].detect,
+            load=reader,
+            tell=list,
+        )
+        for words, reader in readers.items()
+    }
 
 
 def _name_results() -> dict[str, Any]:

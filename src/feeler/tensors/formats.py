@@ -532,7 +532,7 @@ def _describe(table: Table) -> list[str]:
 
 PLAIN_TABLES = {
     "table": Format(
-        words="a table that no verb of feeler reads as it is",
+        words="a table that no command of feeler reads as it is",
         kind="table",
         detect=_is_table,
         load=lambda path, limits, trusted: read_table(path, words=True),

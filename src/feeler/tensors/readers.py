@@ -298,6 +298,10 @@ TRAINING_LABELS = (
     "these are DeepLabCut training labels (pictures and the places that a person marked in them),"
     " not tracks of a film. analyze_videos writes the tracks."
 )
+_OTHER_COLUMNS = (
+    "it is a pandas table whose columns are not DeepLabCut's (scorer, bodyparts, coords)."
+    " Write it with to_csv, with columns NAME_x and NAME_y."
+)
 _MAX_PLACES = 6_000_000  # [C] of landmarks in all frames
 _MAX_LABELS = 2**20  # [C] bytes of a DeepLabCut file's column names
 
@@ -315,9 +319,9 @@ def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
             return _take_movement(file)
         if "nwb_version" in file.attrs:
             return _take_ndx_pose(file)
-        if list(file) == ["tracks"] and file["tracks"].ndim == 4:
+        if list(file) == ["tracks"] and getattr(file["tracks"], "ndim", 0) == 4:
             return _take_triangulated(file["tracks"])
-        if "trajectories" in file and file["trajectories"].ndim == 3:
+        if getattr(file.get("trajectories"), "ndim", 0) == 3:
             return _take_idtracker(file)
         if {"metadata", "frames", "instances", "tracks_json"} <= file.keys():
             return _take_sleap_project(file)
@@ -349,10 +353,7 @@ def _name_hdf5(file: Any) -> str:
             f" pip install sleap-io; sio convert {name} -o {stem}.analysis.h5 --to analysis_h5"
         )
     if any("axis0" in group for group in file.values() if hasattr(group, "keys")):
-        return (
-            "it is a pandas table whose columns are not DeepLabCut's (scorer, bodyparts, coords)."
-            " Write it with to_csv, with columns NAME_x and NAME_y."
-        )
+        return _OTHER_COLUMNS
     held = [
         f"the group {name}" if hasattr(item, "keys") else f"{name} of shape {item.shape}"
         for name, item in list(file.items())[:8]
@@ -539,7 +540,12 @@ def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         raise InvalidInput(
             f"its column names take {len(words):,} bytes, more than {_MAX_LABELS:,}."
         )
-    labels = _Plain(io.BytesIO(words)).load()
+    labels = [
+        tuple(one) if isinstance(one, (tuple, list)) else ("", *str(one).rpartition("_")[::2])
+        for one in _Plain(io.BytesIO(words)).load()
+    ]
+    if any(len(label) < 3 for label in labels) or "x" not in {label[-1] for label in labels}:
+        raise InvalidInput(_OTHER_COLUMNS)
     plain = [
         ["" if len(label) == 3 else str(label[1]), str(label[-2]), str(label[-1])]
         for label in labels
@@ -572,10 +578,7 @@ def _take_fixed(group: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         )
     )
     if depth < 3 or "x" not in levels[-1]:
-        raise InvalidInput(
-            "it is a pandas table whose columns are not DeepLabCut's (scorer, bodyparts, coords)."
-            " Write it with to_csv, with columns NAME_x and NAME_y."
-        )
+        raise InvalidInput(_OTHER_COLUMNS)
     if "axis1" not in group or group["axis1"].dtype.kind not in "iuf":
         raise InvalidInput(TRAINING_LABELS)
     values = np.full((group["axis1"].shape[0], len(names)), np.nan)

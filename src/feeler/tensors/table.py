@@ -19,6 +19,8 @@ from feeler.validation import checked
 # cells.
 
 _MAX_COMMENTS = 200  # [C]
+ROW = "row"
+"""Name of a first column without one where others say the time."""
 _MAX_PREAMBLE = 50  # [C] lines that a data logger writes above the names of the columns
 _UNIT = re.compile(
     r"[(\[].{0,20}[)\]]|[num]?s|sec|m?rad|deg|°|[pfn]F|counts|m?V|°?C|K|Hz|m?N|[mµ]?m|px|ohm|Ω|",
@@ -283,6 +285,9 @@ def _list_lines(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _check_names(names: list[str], source: str) -> tuple[str, ...]:
+    clocked = any(re.match("time|frame", name, re.IGNORECASE) for name in names)
+    if len(names) > 1 and not names[0]:  # numbers of rows, as pandas and R write them
+        names = [ROW if clocked else "frame", *names[1:]]
     columns = tuple(names)
     if sum(map(len, columns)) > _MAX_LINE:
         raise InvalidInput(

@@ -173,6 +173,8 @@ def _values(
 
 def _save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
+    import h5py
+
     path, dataset = Path(path), complete(dataset)
     description = describe(dataset)
     plain = dataset.copy(deep=False)
@@ -194,6 +196,9 @@ def _save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         ):  # HDF5 may crash the process where the room ends while it writes
             raise OSError(errno.ENOSPC, "")
         plain.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+        with h5py.File(temporary, "r+") as file:
+            for variable in file.values():
+                _fix_length(variable)
         os.replace(temporary, path)
     except OSError as error:
         raise InvalidInput(
@@ -201,6 +206,16 @@ def _save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         ) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _fix_length(variable: Any) -> None:
+    """Texts of a variable's attributes as characters of a fixed length, which Octave reads too."""
+    import h5py
+
+    for name, value in [pair for pair in variable.attrs.items() if isinstance(pair[1], str)]:
+        text = value.encode()
+        length = max(len(text), 2)  # one character alone comes back as bytes
+        variable.attrs.create(name, text, dtype=h5py.string_dtype("utf-8", length))
 
 
 def _explain(error: OSError) -> str:
