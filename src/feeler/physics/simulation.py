@@ -680,6 +680,11 @@ def _read_rate(scene: Scene, velocity: Vector, turn: Turn) -> tuple[Vector, Turn
     """
     if not scene.antenna.spatial:
         return check_vector(velocity, "velocity"), check_number(turn, "turn")
+    return read_rate_in_space(velocity, turn)
+
+
+def read_rate_in_space(velocity: Vector, turn: Turn) -> tuple[Vector, Turn]:
+    """Velocity and angular velocity (3,), also of what is given in the plane."""
     flat = np.ndim(turn) == 0
     spin = check_number(turn, "turn") if flat else check_vector(turn, "turn", (3,))
     return lift(check_vector(velocity, "velocity", (2, 3))), lift_turn(spin)
