@@ -18,6 +18,7 @@ from markupsafe import Markup
 from PIL import Image
 from pypdf import PdfReader, PdfWriter
 
+from feeler.files import write_text, writing
 from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
 from feeler.report import (
@@ -59,6 +60,7 @@ def write_report(context: Context, sections: list[Section], judged: list[Judged]
 
 def write_page(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
     """Write ``report.html`` and ``details.html``; of another antenna ``report.html`` alone."""
+    report = context.out / "report.html"
     templates: Any = open_templates("paper").get_template("report.html").module
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
     body = templates.methods(
@@ -76,7 +78,8 @@ def write_page(context: Context, sections: list[Section], judged: list[Judged]) 
             body=templates.measures(judged),
         )
         page = render_page(name, _describe(context), [measures, *parts])
-        return _write(context.out / "report.html", page)
+        write_text(report, page)
+        return report
     body = templates.statements(
         judged,
         count_verdicts(judged, "ours"),
@@ -85,8 +88,9 @@ def write_page(context: Context, sections: list[Section], judged: list[Judged]) 
     )
     first = Part(name="claims", title="Every statement and its verdict", body=body)
     title = "Meng et al. 2025, recomputed: every section and number"
-    _write(context.out / DETAILS, render_page(title, _describe(context), [first, *parts]))
-    return _write(context.out / "report.html", _render_story(context, sections, judged))
+    write_text(context.out / DETAILS, render_page(title, _describe(context), [first, *parts]))
+    write_text(report, _render_story(context, sections, judged))
+    return report
 
 
 def _find_blocks(sections: Sequence[Section]) -> dict[str, tuple[Section, dict[str, Any]]]:
@@ -245,10 +249,8 @@ def _write_pdf(path: Path, sections: list[Section]) -> None:
     writer = PdfWriter()
     for section in drawn:
         writer.append(PdfReader(section.folder / PAGES))
-    partial = path.with_suffix(".part")
-    with partial.open("wb") as stream:
-        writer.write(stream)
-    partial.replace(path)
+    with writing(path) as part:
+        writer.write(part)
 
 
 def _write_verdicts(path: Path, context: Context, judged: list[Judged]) -> None:
@@ -276,14 +278,7 @@ def _write_verdicts(path: Path, context: Context, judged: list[Judged]) -> None:
             if context.is_cockroach
         },
     }
-    _write(path, json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False))
-
-
-def _write(path: Path, text: str) -> Path:
-    """The file appears under its name only when it is whole."""
-    partial = path.with_suffix(".part")
-    partial.write_text(text, encoding="utf-8")
-    return partial.replace(path)
+    write_text(path, json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False))
 
 
 def _copy_figures(folder: Path, sections: list[Section]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from feeler.errors import InvalidInput
-from feeler.files import read_shipped
+from feeler.files import read_shipped, writing
 from feeler.report import Section
 from paper.context import OWN
 
@@ -154,9 +154,8 @@ class Results:
 
     def write(self, path: Path) -> None:
         """As CSV, with nine digits; the file appears under its name only when it is whole."""
-        partial = path.with_suffix(".part")
-        self.table.to_csv(partial, index=False, float_format="%.9g")
-        partial.replace(path)
+        with writing(path) as part:
+            self.table.to_csv(part, index=False, float_format="%.9g")
 
     def get(self, key: str) -> Value | None:
         """The value of this name; None: the run has not computed it."""

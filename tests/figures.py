@@ -33,7 +33,7 @@ from feeler.plotting.style import (
     pick_shades,
     style,
 )
-from feeler.report import Pictures
+from feeler.report import Section
 
 MEASURED = re.compile(
     r"\b(time|angle|speed|distance|force|frequency|length|stiffness|damping|curvature|accuracy)\b"
@@ -85,7 +85,7 @@ def find_mixed(named):
 @contextmanager
 def watch_figures(seen):
     """Every figure that a section keeps is given to ``seen(figure, name, draw)`` as it was kept."""
-    drawn = Pictures.draw
+    drawn = Section._draw
 
     def draw(self, name, draw, **size):
         figures = []
@@ -95,7 +95,7 @@ def watch_figures(seen):
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Pictures, "draw", draw)
+        patch.setattr(Section, "_draw", draw)
         yield
 
 

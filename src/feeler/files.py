@@ -217,7 +217,7 @@ def _name_binary(source: str, raw: bytes, place: int) -> str:
         return (
             f"{source} is a binary file of a kind that feeler does not know, no table of text."
         )
-    return f"{source} is not UTF-8 text (byte {place}). Save it again as CSV in UTF-8."
+    return f"{source} is not UTF-8 text (byte {place}). Save it again in UTF-8."
 
 
 def parse_json(raw: bytes, what: str) -> dict[str, Any]:
@@ -328,7 +328,7 @@ class Lock:
 # ``[task]`` fills the field ``task`` of the plan, which is a record itself. What does not fit
 # is named: ``plan.toml: [task] speed must be > 0 m/s, got -1.``
 
-_MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
+MAX_TOML = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
 # characters; tomllib needs a second for the worst text of this length, and for longer ones hours
 _SMALL = 16_000
 _IN_A_ROW = 5  # numbers of a long list in a line
@@ -349,7 +349,7 @@ def read_toml(path: str | os.PathLike, *, schema: str = "") -> dict[str, Any]:
         No small file, not TOML, or another schema; the message names the file.
     """
     name = Path(path).name
-    content = parse_toml(read_toml_text(path), name)
+    content = parse_toml(read_text(path, MAX_TOML), name)
     if schema and (found := content.pop("schema", None)) != schema:
         raise InvalidInput(f"{name}: schema must be {schema!r}, got {str(found)[:40]!r}.")
     return content
@@ -371,16 +371,6 @@ def make_record(kind: type[_R], content: Mapping[str, Any], source: str) -> _R:
         about_a_field = not words.startswith(("has no ", "needs "))
         colon = ":" if about_a_field and not where else ""
         raise InvalidInput(f"{source}{where}{colon} {words}") from error
-
-
-def read_toml_text(path: str | os.PathLike) -> str:
-    """The text of a small UTF-8 file; refuses what is no regular file or too large."""
-    raw = read_bytes(path, _MAX_BYTES)
-    try:
-        return raw.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        words = f"{os.fspath(path)} is not UTF-8 text (byte {error.start}). Save it as UTF-8."
-        raise InvalidInput(words) from error
 
 
 def parse_toml(text: str, source: str = "text") -> dict[str, Any]:

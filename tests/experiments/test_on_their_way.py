@@ -96,7 +96,7 @@ def test_a_release_says_where_and_how_far_it_was_held():
     assert tensors["angle"].sizes == {"trial": 1, "sensor": 11, "time": 6}
     with pytest.raises(InvalidInput, match=r"smaller than `at` = 0\.3 mm, got 0\.4 mm"):
         release(antenna, at=0.3, deflection=0.4)
-    with pytest.raises(InvalidInput, match=r"angle must be 11 finite numbers .* shape \(3,\)"):
+    with pytest.raises(InvalidInput, match=r"angle must be 11 finite numbers, .* shape \(3,\)"):
         release(antenna, angle=np.zeros(3))
 
 

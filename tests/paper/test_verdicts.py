@@ -174,7 +174,6 @@ def test_what_is_declared_is_whole():
     statements = load_statements()
     assert len({one.id for one in statements}) == len(statements) > 100
     assert {one.section for one in statements if one.section} <= {*STAGE}
-    assert all(one.note.endswith(".") for one in statements if one.note)
     for one in statements:
         for sentence in one.list_sentences():
             assert len({*sentence.groups}) == len(sentence.groups)

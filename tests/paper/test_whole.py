@@ -98,17 +98,6 @@ def test_every_figure_of_the_paper_has_a_section_and_every_statement_one_row(who
     assert sorted(rows) == sorted(one.id for one in load_statements())
 
 
-def test_what_is_unfolded_is_short(whole):
-    """The story is read in half an hour."""
-    page = re.sub(
-        r"<(style|script)>.*?</\1>", " ", (whole / "report.html").read_text(), flags=re.S
-    )
-    folded = re.compile(r"<details>(?:(?!<details>).)*?</details>", re.S)
-    while folded.search(page):
-        page = folded.sub(" ", page)
-    assert len(re.sub("<[^>]+>", " ", page).split()) <= 6000
-
-
 def test_the_page_needs_nothing_from_elsewhere(whole):
     anchors = {}
     for name in ("report.html", "details.html"):

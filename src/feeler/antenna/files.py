@@ -14,7 +14,7 @@ import numpy as np
 from feeler.antenna.profiles import PROFILES, compute_beam, evaluate, sample_quantity
 from feeler.antenna.segments import HINGE, MAX_SEGMENTS, Antenna, Follicle
 from feeler.errors import InvalidInput
-from feeler.files import parse_toml, read_toml_text, save_toml, write_toml
+from feeler.files import MAX_TOML, parse_toml, read_text, save_toml, write_toml
 from feeler.records import Record
 from feeler.validation import Choice, checked
 
@@ -503,7 +503,7 @@ def read_antenna_file(path: str | os.PathLike) -> AntennaFile:
     InvalidInput
         Not a TOML file of this schema; the message names the file, the line and the key.
     """
-    return parse_antenna(read_toml_text(path), Path(path).name)
+    return parse_antenna(read_text(path, MAX_TOML), Path(path).name)
 
 
 @checked

@@ -17,6 +17,7 @@ goes on where it stopped, and ends with the same numbers.
 
 import sys
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,7 +25,14 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import EngineName, Json, report_interrupt, say_adapted, say_json
+from feeler.cli.options import (
+    EngineName,
+    Json,
+    report_interrupt,
+    say_adapted,
+    say_json,
+    try_movie,
+)
 
 _MANY = "; repeat it with --store"
 _VECTOR = ("tensor.svg", "tensor.pdf")
@@ -247,20 +255,15 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
 
 def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
     """The touch as a movie, where there is what writes movies."""
-    from feeler.errors import MissingDependencyError
     from feeler.plotting import write_touch_movie
     from feeler.plotting.antennas import SLOWER
 
-    path = section.folder / "movie.mp4"
-    try:
-        write_touch_movie(antenna, trial, everything, path)
-    except MissingDependencyError as missing:
-        typer.echo(f"no movie: {missing}", err=True)
-        return False
-    section.movie(
-        path, f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature."
-    )
-    return True
+    write = partial(write_touch_movie, antenna, trial, everything)
+    path = try_movie(write, section.folder / "movie.mp4")
+    words = f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature."
+    if path:
+        section.movie(path, words)
+    return path is not None
 
 
 def _draw(

@@ -16,6 +16,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
+from feeler.physics.simulation import check_hinges
 from feeler.provenance import LICENCE, list_versions, to_jsonable, write_canonical
 from feeler.records import Gt, Le, Len, Unit
 from feeler.tensors.schema import label_units, make_motion_tensors
@@ -109,7 +110,11 @@ def release(
         (trial, time, axis) [mm].
     """
     require_plane(antenna, "release")
-    start = hold(antenna, at, deflection) if angle is None else _check_start(antenna, angle)
+    start = (
+        hold(antenna, at, deflection)
+        if angle is None
+        else check_hinges(antenna, angle, "angle")
+    )
     clock = Clock(
         duration=duration,
         sample_interval=sample_interval,
@@ -170,15 +175,6 @@ def hold(antenna: Antenna, at: float, deflection: float) -> np.ndarray:
         f"no force holds the antenna {deflection:g} mm aside at {at:g} mm; use a smaller"
         " deflection."
     )
-
-
-def _check_start(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
-    angle = np.asarray(angle, dtype=float)
-    if angle.shape != (antenna.n_segments,) or not np.all(np.isfinite(angle)):
-        raise InvalidInput(
-            f"angle must be {antenna.n_segments} finite numbers [rad], got shape {angle.shape}."
-        )
-    return angle
 
 
 # Impulse test: a cylinder hits the antenna near its tip, pushes it aside and lets it slip off.

@@ -117,6 +117,13 @@ class Object(Record):
         return np.array([own.forward, own.left, np.cross(own.forward, own.left or ())])
 
     @property
+    def extent(self) -> float:
+        """The greatest distance of its surface from its ``place`` [mm]."""
+        corners = np.concatenate(self.feature.parts)
+        flat = float(np.hypot(*corners.T).max()) + self.feature.rounding
+        return float(np.hypot(flat, self.feature.half_depth)) if self.spatial else flat
+
+    @property
     def centre(self) -> np.ndarray:
         """The middle (2,) [mm] of its shape's bounding box at time 0; in space (3,)."""
         if self.spatial:

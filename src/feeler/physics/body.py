@@ -12,7 +12,7 @@ from feeler.objects.motion import Vector, check_number, check_vector, lift, lift
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, Contacts, choose_timestep
 from feeler.physics.scene import Scene
-from feeler.physics.simulation import Simulations, Turn, warn_of_misses
+from feeler.physics.simulation import Simulations, Turn, read_rate_in_space, warn_of_misses
 from feeler.validation import checked
 
 # Everything is computed in space. A heading h in the plane, positive from +y towards +x, is the
@@ -255,10 +255,7 @@ class Body:
         [mm/ms] and turns with ``turn`` [rad/ms] about its origin, both in the world's axes.
         """
         if of == "body":
-            self._velocity = np.array(lift(check_vector(velocity, "velocity", (2, 3))))
-            flat = np.ndim(turn) == 0
-            spin = check_number(turn, "turn") if flat else check_vector(turn, "turn", (3,))
-            self._spin = np.array(lift_turn(spin))
+            self._velocity, self._spin = map(np.array, read_rate_in_space(velocity, turn))
             return
         for group, lane in self._lanes.values():
             group.set_velocity(lane, of, velocity, turn)

@@ -219,12 +219,8 @@ class Scene:
         for o, item in enumerate(self.objects):
             path = self.paths[o] if self.paths else None
             legs = [item.velocity] if path is None else path.velocity
-            corners = np.concatenate(item.feature.parts)
-            extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
             dims = len(item.place)
-            if dims == 3:
-                extent = float(np.hypot(extent, item.feature.half_depth))
-            own = float(np.linalg.norm(item.turn)) * min(extent, self.antenna.length)
+            own = float(np.linalg.norm(item.turn)) * min(item.extent, self.antenna.length)
             gap = np.asarray(item.place) - self.base_pose[:dims]
             far = min(float(np.hypot.reduce(gap)), self.antenna.length)
             for rate in self._list_base_rates():

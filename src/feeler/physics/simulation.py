@@ -680,6 +680,11 @@ def _read_rate(scene: Scene, velocity: Vector, turn: Turn) -> tuple[Vector, Turn
     """
     if not scene.antenna.spatial:
         return check_vector(velocity, "velocity"), check_number(turn, "turn")
+    return read_rate_in_space(velocity, turn)
+
+
+def read_rate_in_space(velocity: Vector, turn: Turn) -> tuple[Vector, Turn]:
+    """Velocity and angular velocity (3,), also of what is given in the plane."""
     flat = np.ndim(turn) == 0
     spin = check_number(turn, "turn") if flat else check_vector(turn, "turn", (3,))
     return lift(check_vector(velocity, "velocity", (2, 3))), lift_turn(spin)
@@ -759,7 +764,7 @@ def build_scene(
     ]
     if base is not None and moved:
         raise InvalidInput("base= and a trial both move the base; give one of them.")
-    start = _check_hinges(antenna, angle, "angle")
+    start = check_hinges(antenna, angle, "angle")
     found = make_objects(antenna, given)
     scene = Scene(
         antenna=antenna,
@@ -769,7 +774,7 @@ def build_scene(
         base_motion=moved[0] if moved else read_base(base),
         flow=None if flow is None else Flow.from_plain(flow),
         angle=start,
-        velocity=_check_hinges(antenna, velocity, "velocity"),
+        velocity=check_hinges(antenna, velocity, "velocity"),
         label=label or ", ".join(o.name for o in found) or antenna.name,
     )
     check_clear(antenna, found, scene.initial_angle, scene.base_pose)
@@ -789,14 +794,10 @@ def warn_of_misses(scene: Scene) -> None:
         speed = float(np.hypot.reduce(rate))
         if not speed or item.feature.unbounded:
             continue
-        corners = np.concatenate(item.feature.parts)
-        extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
-        if dims == 3:
-            extent = float(np.hypot(extent, item.feature.half_depth))
         gap = np.asarray(item.place) - scene.base_pose[:dims]
         time = max(0.0, -float(gap @ rate) / speed**2)
         nearest = float(np.hypot.reduce(gap + time * rate))
-        if nearest > reach + extent:
+        if nearest > reach + item.extent:
             text = (
                 f"object {item.name!r} never comes near, as it moves now. Check place= and"
                 " velocity=, which are in the world's axes."
@@ -806,7 +807,7 @@ def warn_of_misses(scene: Scene) -> None:
             warnings.warn(warning, stacklevel=4)
 
 
-def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.ndarray | None:
+def check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.ndarray | None:
     if values is None:
         return None
     array = np.array(values, dtype=float)
@@ -816,7 +817,7 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
         )
         raise InvalidInput(
             f"{name} must be {antenna.n_segments} finite numbers, one per segment{rows}, got"
-            f" {array.shape}."
+            f" shape {array.shape}."
         )
     return array
 

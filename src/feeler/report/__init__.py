@@ -35,65 +35,6 @@ from feeler.plotting.tensors import list_tensors
 from feeler.provenance import to_json
 from feeler.validation import checked
 
-# The pictures of a section: PNG files, and pages of one PDF.
-
-
-class Pictures:
-    """Draws into ``folder`` and, if ``vector``, into the PDF ``pages``, which is whole once it is
-    closed.
-    """
-
-    def __init__(self, folder: Path, pages: Path, *, vector: bool) -> None:
-        self._folder, self._path, self._vector = folder, pages, vector
-
-    def draw(
-        self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
-    ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
-        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two
-        columns, and its tensors. Where no panel has a letter, each of two to nine gets one.
-        """
-        width = DOUBLE if width is None else width
-        with style():
-            figure = Figure(figsize=(width, height), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            drawn = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
-            if 1 < len(drawn) < 10 and not any(ax.get_title(loc="left") for ax in drawn):
-                mark_panels(drawn)
-            unjoin(figure)
-            fix_layout(figure)
-            panels = list_tensors(figure)
-            _save_png(figure, self._folder / f"{name}.png")
-            if self._vector:
-                self._pages.savefig(figure)
-        return (width, height), panels
-
-    def close(self) -> None:
-        """End the PDF, if any page was drawn."""
-        if "_pages" in self.__dict__:
-            with style():  # the fonts are embedded now
-                self._pages.close()
-
-    @cached_property
-    def _pages(self) -> Any:
-        """One file for all figures: its fonts, which are slow to embed, are embedded once."""
-        from matplotlib.backends.backend_pdf import PdfPages  # slow to load
-
-        return PdfPages(self._path, metadata={"CreationDate": None})
-
-
-def _save_png(figure: Figure, path: Path) -> None:
-    """Without the layer for transparency, which every picture fills: a fifth smaller than what
-    ``savefig`` writes.
-    """
-    figure.set_dpi(dpi := rcParams["savefig.dpi"])
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(
-        path, compress_level=6, dpi=(dpi, dpi)
-    )
-
-
 # A section of a report: figures, movies, tables, words and numbers, files of one folder.
 
 PAGES = "figures.pdf"
@@ -169,18 +110,41 @@ class Section:
         numbers : mapping of str to array, optional
             The numbers that the figure draws.
         """
-        inches, tensors = self._pictures.draw(name, draw, width=width, height=height)
+        inches, tensors = self._draw(name, draw, width=width, height=height)
         size = [round(96 * side) for side in inches]
         block = {"kind": "figure", "name": name, "caption": caption}
         self.blocks.append(block | {"size": size, "hover": tensors})
         if numbers is not None:
             self.numbers(name, **numbers)
 
-    @cached_property
-    def _pictures(self) -> "Pictures":
-        # Matplotlib loads slowly, and whoever only reads a section does not draw.
+    def _draw(
+        self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
+    ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
+        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two
+        columns, and its tensors. Where no panel has a letter, each of two to nine gets one.
+        """
+        width = DOUBLE if width is None else width
+        with style():
+            figure = Figure(figsize=(width, height), layout="constrained")
+            FigureCanvasAgg(figure)
+            draw(figure)
+            drawn = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
+            if 1 < len(drawn) < 10 and not any(ax.get_title(loc="left") for ax in drawn):
+                mark_panels(drawn)
+            unjoin(figure)
+            fix_layout(figure)
+            panels = list_tensors(figure)
+            _save_png(figure, self.folder / f"{name}.png")
+            if self.vector:
+                self._pages.savefig(figure)
+        return (width, height), panels
 
-        return Pictures(self.folder, self.folder / PAGES, vector=self.vector)
+    @cached_property
+    def _pages(self) -> Any:
+        """One file for all figures: its fonts, which are slow to embed, are embedded once."""
+        from matplotlib.backends.backend_pdf import PdfPages  # slow to load
+
+        return PdfPages(self.folder / PAGES, metadata={"CreationDate": None})
 
     def list_figures(self) -> list[str]:
         """Names of the figures, in the order of the pages of ``figures.pdf``."""
@@ -215,8 +179,9 @@ class Section:
 
     def save(self) -> None:
         """Close the PDF and write ``section.json``, which says that the section is whole."""
-        if "_pictures" in self.__dict__:
-            self._pictures.close()
+        if "_pages" in self.__dict__:
+            with style():  # the fonts are embedded now
+                self._pages.close()
         data = asdict(self) | {"folder": None, "values": to_json(self.values)}
         write_text(self.folder / MARKER, json.dumps(data, sort_keys=True, indent=1))
 
@@ -240,6 +205,18 @@ def make_spread(value: float, low: float, high: float, *, n: int) -> dict[str, f
 def make_interval(mean: float, half: float, *, n: int) -> dict[str, float]:
     """``mean`` ± ``half`` of ``n`` draws."""
     return make_spread(mean, mean - half, mean + half, n=n)
+
+
+def _save_png(figure: Figure, path: Path) -> None:
+    """Without the layer for transparency, which every picture fills: a fifth smaller than what
+    ``savefig`` writes.
+    """
+    figure.set_dpi(dpi := rcParams["savefig.dpi"])
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(
+        path, compress_level=6, dpi=(dpi, dpi)
+    )
 
 
 def _show(cell: object) -> str:
