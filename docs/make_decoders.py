@@ -12,7 +12,10 @@ from feeler.provenance import PHYSICS
 from feeler.studio import study
 
 FILE = Path(study.__file__).with_name("trained.json")
-SHIPPED = (("exponential", 0.06), ("matched", 0.06), ("exponential", 0.6))
+SHIPPED = (
+    *(("exponential", 0.06), ("matched", 0.06), ("exponential", 0.6)),
+    *(("uniform", 0.06), ("linear", 0.06)),
+)
 """Presets and speeds [m/s] that the first page and its tour show."""
 STEP = 0.008  # rad; rounding of what a decoder expects
 

@@ -199,14 +199,14 @@ _Spread = tuple[float, float, float]
 """Value, low, high; low and high are NaN where nothing was drawn."""
 
 
+@np.errstate(divide="ignore", invalid="ignore")
 def measure_effect(sentence: Sentence, values: Sequence[float]) -> float:
     """By how much the groups' values agree: the least of the differences that the sentence asks
     for, or minus the greatest deviation from the targets (relative; of ``factor`` the factor).
     """
     found = np.asarray(values, dtype=float)
     if sentence.ratio:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = np.log(found)
+        found = np.log(found)  # of zeros, differences are NaN: no agreement
     match sentence.kind:
         case "order":
             steps = np.diff(found)

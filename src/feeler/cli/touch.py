@@ -45,6 +45,8 @@ class _TouchOptions:
     feature: Annotated[
         list[str],
         typer.Option(
+            "--feature",
+            "--object",
             help="ball, peg, box, triangle, outline, mesh or wall, or as in"
             f" box:half_height=3,rounding=0.2 or mesh:file=rock.stl{_MANY}"
         ),
