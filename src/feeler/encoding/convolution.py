@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 from scipy.optimize import linear_sum_assignment
 
-from feeler.compiled import compiled, lean
+from feeler.compiled import compiled, nested
 from feeler.encoding.sparseness import project_row
 from feeler.errors import InvalidInput
 from feeler.validation import checked
@@ -161,7 +161,7 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return kernel, fringe
 
 
-@lean(fastmath={"contract"})  # fused multiply-add: half the instructions
+@nested(fastmath={"contract"})  # fused multiply-add: half the instructions
 def _add_convolved(kernel, fringe, padded, first, stop, wide):
     """Add G·h to wide, with the kernel and the fringe of one pair of components.
 
@@ -243,7 +243,7 @@ def apply_gram(kernel, fringe, activations, out):
             out[m, t] = wide[m, fringe.shape[2] + t]
 
 
-@lean
+@nested
 def _apply_wide(kernel, fringe, activations, padded, wide):
     """The same, as :func:`.add_convolved` lays it out; ``padded`` ends with three zeros."""
     n_components, n_times = activations.shape
@@ -256,7 +256,7 @@ def _apply_wide(kernel, fringe, activations, padded, wide):
             _add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, wide[m])
 
 
-@lean
+@nested
 def _find_extent(row):
     """First entry that is not zero, and the one after the last."""
     first, stop = 0, row.size
@@ -314,7 +314,7 @@ def project_activations(activations, l1, joint):
                         i += 1
 
 
-@lean
+@nested
 def _take_active(group, below, row):
     """Write the entries above ``below`` one after the other into row; how many they are."""
     count = 0
@@ -376,17 +376,14 @@ def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_s
         for value in kernel[m, m]:
             bound += abs(value)
         safe[m] = 1.0 / bound if bound > 0.0 else 0.0
-    if joint:
-        return _descend_group(
-            seen, kernel, fringe, activations, steps[0], safe, l1, n_sweeps, tol
-        )
-    most = 0
-    for n in range(activations.shape[0]):
+    most, size = 0, activations.shape[0] if joint else 1  # trials that share a constraint
+    for n in range(0, activations.shape[0], size):
+        group = slice(n, n + size)
         sweeps = _descend_group(
-            seen[n : n + 1],
+            seen[group],
             kernel,
             fringe,
-            activations[n : n + 1],
+            activations[group],
             steps[n],
             safe,
             l1,
@@ -397,7 +394,7 @@ def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_s
     return most
 
 
-@compiled
+@compiled(inline="always")  # compiled once, not at each level
 def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps, tol):
     """Sweeps over the components of trials that share one constraint per component."""
     n_trials, n_components, n_times = activations.shape
@@ -436,7 +433,7 @@ def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps,
     return n_sweeps
 
 
-@compiled
+@compiled(inline="always")
 def _descend_row(
     m, seen, kernel, fringe, activations, pulled, steps, safe, l1, row, projected, change, pull
 ):
@@ -462,7 +459,7 @@ def _descend_row(
     return fall
 
 
-@lean
+@nested
 def _step_down(m, reach, seen, activations, pulled, step, row):
     """Row m of all trials (trial × time), a step down the gradient."""
     n_trials, _, n_times = activations.shape
@@ -473,7 +470,7 @@ def _step_down(m, reach, seen, activations, pulled, step, row):
             target[t] = a[t] - step * (b[t] - c[t])
 
 
-@lean(fastmath={"reassoc", "contract"})  # sums in vector registers
+@nested(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, change, pull):
     """How far the loss falls if row m becomes ``projected``; the change, and G times it."""
     n_trials, _, n_times = activations.shape
@@ -494,7 +491,7 @@ def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, chang
     return total
 
 
-@lean
+@nested
 def _accept(m, kernel, fringe, activations, pulled, projected, change, pull):
     """Row m becomes ``projected``, and G times the activations follows."""
     n_trials, n_components, n_times = activations.shape

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.compiled import compiled
+from feeler.compiled import nested
 from feeler.errors import InvalidInput
 from feeler.validation import checked
 
@@ -104,7 +104,7 @@ def l1_of_unit_vector(size: int, sparseness: float) -> float:
     return float(root - sparseness * (root - 1))
 
 
-@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
+@nested(fastmath={"reassoc", "contract"})  # sums in vector registers
 def project_row(v, l1, out):
     """Write into ``out`` the point nearest to ``v`` among the h ≥ 0 with ‖h‖₁ = l1·‖h‖₂."""
     n = v.size
@@ -137,7 +137,7 @@ def project_row(v, l1, out):
         out[i] *= scale
 
 
-@compiled
+@nested
 def _rank_ties(z):
     """Prefer the earlier of equal peaks, by a ramp of 1 in 10⁶.
 
@@ -156,7 +156,7 @@ def _rank_ties(z):
         z[i] -= top
 
 
-@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
+@nested(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _threshold(z, l1):
     """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂. max(z) is 0.
 
