@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.compiled import nested
+from feeler.compiled import compiled, nested
 from feeler.errors import InvalidInput
 from feeler.validation import checked
 
@@ -104,7 +104,7 @@ def l1_of_unit_vector(size: int, sparseness: float) -> float:
     return float(root - sparseness * (root - 1))
 
 
-@nested(fastmath={"reassoc", "contract"})  # sums in vector registers
+@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def project_row(v, l1, out):
     """Write into ``out`` the point nearest to ``v`` among the h ≥ 0 with ‖h‖₁ = l1·‖h‖₂."""
     n = v.size
