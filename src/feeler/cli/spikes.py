@@ -327,7 +327,10 @@ def _save_recorded(said: Any, drawn: Any, table: Any, beside: Any, words: str) -
     span = float(drawn["time"][-1] - drawn["time"][0])
     psth = compute_psth(drawn, 10.0 if span < 5000 else span / 200)
     write_text(said.out / "recorded.csv", table.to_csv(index=False))
-    write_text(said.out / "psth.csv", psth.rename(time="time_ms").to_series().rename("rate_hz").to_csv())
+    write_text(
+        said.out / "psth.csv",
+        psth.rename(time="time_ms").to_series().rename("rate_hz").to_csv(),
+    )
     section = Section(name="recorded", title="Recorded units", folder=said.out, vector=False)
     section.text(f"{said.recorded.name}: {drawn.sizes['trial']} trial(s), {words}.")
     section.figure(
