@@ -8,11 +8,13 @@ import pytest
 from calibration._fits import make_fit
 
 import feeler
+from feeler.calibration import Film, ForceCurve
 from feeler.calibration.hinges import Band
 from feeler.decoding.sweeps import Sweep
 from feeler.design.search import Candidate, Design, Optimum
 from feeler.encoding import ConvolutiveNMF
 from feeler.plotting.results import draw_traces
+from feeler.wall import Posture, approach
 
 
 def make_sweep():
@@ -44,6 +46,26 @@ def make_optimum():
     )
 
 
+def make_curve():
+    return ForceCurve(deflection=[0.0, 0.5, 1.0], force=[0.0, 1e-3, 2.5e-3], at=4.0)
+
+
+def make_small_film():
+    time = np.arange(20.0)
+    position = np.zeros((20, 2, 2))
+    position[:, 1] = np.column_stack([4.0 * np.exp(-time), 10.0 + 0 * time])
+    return Film(
+        position=position, bridged=False & (position[..., 0] > 0), place=[0.0, 1.0],
+        interval=2.0, origin=[0.0, 0.0],
+    )  # fmt: skip
+
+
+def make_sweep_of_walls():
+    return approach(
+        feeler.presets.cockroach(), Posture(prebend="none", friction=0.0), [25.0, 9.0]
+    )
+
+
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("made", "axes", "lines"),
@@ -52,8 +74,11 @@ def make_optimum():
         (make_fit_with_band, 2, [("stiffness", [3.0, 2.0, 1.0])]),
         (make_fit, 2, []),
         (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
+        (make_curve, 1, [("force in mN", [0.0, 1.0, 2.5])]),
+        (make_small_film, 1, [("tip", (4.0 * np.exp(-np.arange(20.0))).round(9))]),
+        (make_sweep_of_walls, 1, []),
     ],
-    ids=["sweep", "calibration", "calibration by targets", "design"],
+    ids=["sweep", "calibration", "by targets", "design", "force", "film", "wall"],
 )
 def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
     result = made()

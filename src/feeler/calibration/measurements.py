@@ -22,7 +22,7 @@ from feeler.calibration.traces import MAX_GAP, Traces, _cut_at_release, bridge, 
 from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning
 from feeler.experiments.mechanics import hold
 from feeler.physics.equilibrium import compute_point, solve_static
-from feeler.records import Ge, Gt, Len, Record, Unit
+from feeler.records import Ge, Gt, Len, Record, Shown, Unit
 from feeler.tensors.table import Table, read_table
 from feeler.tracking import Tracks, load_tracks
 from feeler.validation import checked
@@ -162,7 +162,7 @@ _KNOTS = 9  # forces at which the model's deflection is solved
 _STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
 
 
-class ForceCurve(Record):
+class ForceCurve(Shown, Record):
     """Force across an antenna at one point, and how far it moved that point aside.
 
     Attributes
@@ -176,6 +176,8 @@ class ForceCurve(Record):
     name : str
         The animal's.
     """
+
+    DRAWN = "draw_force"
 
     deflection: Annotated[np.ndarray, "sample", Len(3), Unit("mm")]
     force: Annotated[np.ndarray, "sample", Unit("N")]
@@ -322,7 +324,7 @@ def compute_force(
 _STILL = 0.02  # [C] share of the antenna's length by which a base moves that is clamped
 
 
-class Film(Record):
+class Film(Shown, Record):
     """Points of one antenna in every frame of a film, and where it rests.
 
     Attributes
@@ -340,6 +342,8 @@ class Film(Record):
     first : int
         Number of the first frame in the film.
     """
+
+    DRAWN = "draw_film"
 
     position: Annotated[np.ndarray, "frame point axis"]
     bridged: Annotated[np.ndarray, "frame point"]

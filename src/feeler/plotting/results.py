@@ -575,6 +575,38 @@ def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> Figu
     return figure
 
 
+def draw_force(curve: Any) -> Picture:
+    """Force against deflection, as measured."""
+    figure = _open(4.0)
+    ax = figure.subplots()
+    ax.plot(curve.deflection, 1e3 * curve.force, ".")
+    title = f"{curve.name}, {curve.at:.3g} mm from the base"
+    ax.set(xlabel="deflection [mm]", ylabel="force [mN]", title=title)
+    return figure
+
+
+def draw_film(film: Any) -> Picture:
+    """How far each point of an antenna is aside of where it comes to rest."""
+    figure = _open(5.0)
+    ax = figure.subplots()
+    for place, row in zip(film.place[film.place > 0], film.displacement, strict=True):
+        ax.plot(film.time, row, lw=1, label=f"at {place:.2g} of the length")
+    ax.set(xlabel="time [ms]", ylabel=f"aside of its rest [{film.unit}]", title=film.name)
+    ax.legend(fontsize=7)
+    return figure
+
+
+def draw_approach(sweep: Any) -> Picture:
+    """An antenna in equilibrium at every distance of the wall, the nearest darkest."""
+    figure = _open(4.0)
+    ax = figure.subplots()
+    shades = np.linspace(0.8, 0.0, len(sweep.distance))
+    for points, shade in zip(sweep.points, shades, strict=True):
+        ax.plot(*points.T, color=str(shade), lw=0.8)
+    ax.set(xlabel="x, towards the wall [mm]", ylabel="y, forward [mm]", aspect="equal")
+    return figure
+
+
 def draw_optimum(end: Any) -> Picture:
     """Stiffness and damping of a design along the antenna, and how the search came to it."""
     figure = _open(7.0)

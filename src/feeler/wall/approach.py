@@ -4,7 +4,7 @@ bends most.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from feeler.objects.bodies import Object, Wall
 from feeler.physics.contact import get_contact
 from feeler.physics.equilibrium import Equilibrium, Rest
 from feeler.physics.scene import Scene
-from feeler.records import Choice, Ge, Gt, Le, Record, Unit
+from feeler.records import Choice, Ge, Gt, Le, Record, Shown, Unit
 from feeler.validation import checked
 
 # How an antenna meets a wall: angle, pre-bend, friction and side, each an unstated choice with
@@ -136,7 +136,7 @@ _ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
 @checked
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Approach:
+class Approach(Shown):
     """Equilibria of one antenna at several distances, farthest first.
 
     Attributes
@@ -158,6 +158,8 @@ class Approach:
         Arc length (step,) from the base of the wall's push [mm], the mean over its points weighted
         by their normal force; NaN without contact.
     """
+
+    DRAWN: ClassVar[str] = "draw_approach"
 
     antenna: Antenna
     posture: Posture
