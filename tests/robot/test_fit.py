@@ -156,8 +156,6 @@ def test_posture_is_the_linear_static_deflection():
 def test_unsuitable_recordings(recording, message):
     with pytest.raises(InvalidInput, match=message):
         fit_factors(recording)
-    with pytest.raises(InvalidInput, match="method must be one of update, powell"):
-        fit_factors(recording, method="guess")
 
 
 def test_stiffness_of_a_worked_example():

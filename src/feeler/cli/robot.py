@@ -234,9 +234,6 @@ def fit(
     joints: JointNames = None,
     thickness: Annotated[float | None, typer.Option(help="flexure thickness [mm]")] = None,
     length: Annotated[float | None, typer.Option(help="flexure length [mm]")] = None,
-    method: Annotated[
-        str, typer.Option(help="update (fast) or powell (the paper's)")
-    ] = "update",
     engine: Engine = None,
     timestep: Timestep = None,
     out: Out = None,
@@ -260,7 +257,7 @@ def fit(
     theory = (
         {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
     )
-    result = fit_factors(read, **theory, method=method, **how)
+    result = fit_factors(read, **theory, **how)
     if out is not None:
         typer.echo(
             f"page: {_write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",

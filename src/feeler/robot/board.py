@@ -1,10 +1,13 @@
 """A linear decoder for the board itself, as a C header."""
 
+import json
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.model_selection import PredefinedSplit, cross_val_predict
 
 from feeler.decoding.classifiers import number_labels
 from feeler.robot.decoder import RobotDecoder
@@ -48,7 +51,9 @@ class _BoardDecoder:
         """
         n = self.lengths.size
         rows = ",\n".join("{" + _list(row) + "}" for row in self.weights)
-        names = ", ".join(f'"{feature} {x:g} {v:g}"' for feature, x, v in self.classes)
+        names = ", ".join(
+            json.dumps(f"{feature} {x:g} {v:g}") for feature, x, v in self.classes
+        )
         return _HEADER.format(
             sensors=n,
             classes=len(self.classes),
@@ -81,23 +86,15 @@ def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
     folds = np.unique(groups, return_inverse=True)[1] % _FOLDS
     pair = _BIN // decoder.classifier.step
     longest = means.shape[2] * decoder.classifier.step
-    best: tuple[float, int, np.ndarray] | None = None
+    found = []
     for window in (w for w in _WINDOWS if w <= longest):
         count = window // _BIN
         binned = means[:, :, : count * pair].reshape(len(means), means.shape[1], count, pair)
         flat = binned.mean(axis=3).transpose(0, 2, 1).reshape(len(means), -1)
-        right = 0
-        for fold in np.unique(folds):
-            held = folds == fold
-            right += int(
-                (_fit(flat[~held], labels[~held]).predict(flat[held]) == labels[held]).sum()
-            )
-        share = right / len(labels)
-        if best is None or share > best[0]:
-            best = share, window, flat
-    assert best is not None  # a watch has at least 50 ms, and _MOMENTS_WATCH ends later
-    share, window, flat = best
-    fitted = _fit(flat, labels)
+        guessed = cross_val_predict(_make_lda(), flat, labels, cv=PredefinedSplit(folds))
+        found.append((float(np.mean(guessed == labels)), window, flat))
+    share, window, flat = max(found, key=itemgetter(0))
+    fitted = _make_lda().fit(flat, labels)
     weights, bias = fitted.coef_, fitted.intercept_
     if len(fitted.classes_) == 2:  # scikit-learn gives two classes one row
         weights, bias = np.vstack([-weights, weights]) / 2, np.hstack([-bias, bias]) / 2
@@ -113,8 +110,8 @@ def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
     )
 
 
-def _fit(flat: np.ndarray, labels: np.ndarray) -> LinearDiscriminantAnalysis:
-    return LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto").fit(flat, labels)
+def _make_lda() -> LinearDiscriminantAnalysis:
+    return LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
 
 
 _HEADER = """\

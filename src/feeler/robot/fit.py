@@ -1,18 +1,16 @@
 """Fit of the robot's factors p1 and p2 to the ringing after a release (Methods)."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.signal import find_peaks
 
 from feeler.analysis.response import DampedCosine, _fit_damped_cosine, check_trace
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.records import Choice, Gt, Shown
+from feeler.records import Gt, Shown
 from feeler.robot.description import Flexures, make_robot
 from feeler.robot.recordings import Recording
 from feeler.robot.touches import INTERVAL, compute_tip
@@ -128,7 +126,6 @@ def fit_factors(
     *,
     hinges: Flexures | None = None,
     theory: Antenna | None = None,
-    method: Annotated[str, Choice(("update", "powell"))] = "update",
     name: str = "fitted robot",
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
@@ -149,9 +146,6 @@ def fit_factors(
     theory
         In place of ``hinges``, any antenna: p1 and p2 then scale its stiffness (damping = p2 ·
         stiffness), as does :attr:`feeler.robot.RobotFile.theory`.
-    method
-        ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations.
-        ``powell``: the paper's optimiser, some hundred evaluations, same answer.
     engine, timestep
         Of the simulated release, as for :func:`feeler.touch`.
 
@@ -169,46 +163,39 @@ def fit_factors(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
     release = _find_release(recording)
-    count = 0
-
-    def ring(factors: np.ndarray) -> tuple[DampedCosine | None, Antenna]:
-        nonlocal count
-        count += 1
+    factors, best = _solve_factors(target, theory), None
+    for count in range(1, _MAX_UPDATES + 1):
         antenna = theory.replace(
             stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness
         )
         motion = simulate_release(antenna, *release, engine=engine, timestep=timestep)
         try:
-            return (
-                _measure_ringing(
-                    np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
-                ),
-                antenna,
-            )
+            clock = np.arange(motion.shape[1]) * INTERVAL
+            reached = _measure_ringing(clock, compute_tip(antenna, motion))
         except InvalidInput:
-            return None, antenna
-
-    start = _solve_factors(target, theory)
-    factors = (
-        _search_powell(ring, target, start)
-        if method == "powell"
-        else _search_update(ring, target, start)
-    )
-    reached, antenna = ring(factors)
-    if reached is None:
+            break
+        error = _distance(reached, target)
+        if best is None or error < best.error:
+            best = RobotFit(
+                stiffness_factor=float(factors[0]),
+                damping_factor=float(factors[1]),
+                error=error,
+                target=target,
+                reached=reached,
+                n_evaluations=count,
+                antenna=antenna,
+            )
+        if error < _CLOSE:
+            break
+        # p1 by the squared ratio of the frequencies, and p2 so that ζ is mended
+        faster = target.frequency / reached.frequency
+        factors = factors * [faster**2, faster * target.damping_ratio / reached.damping_ratio]
+    if best is None:
         raise InvalidInput(
             "no factors make the model ring like the recording. Is it a release, is the geometry"
             " right?"
         )
-    return RobotFit(
-        stiffness_factor=float(factors[0]),
-        damping_factor=float(factors[1]),
-        error=_distance(reached, target),
-        target=target,
-        reached=reached,
-        n_evaluations=count,
-        antenna=antenna,
-    )
+    return replace(best, n_evaluations=count)
 
 
 @checked
@@ -241,37 +228,6 @@ def _solve_factors(target: DampedCosine, theory: Antenna) -> np.ndarray:
     omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
     p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
     return np.array([p1, 2 * target.damping_ratio * p1 / omega])
-
-
-def _search_update(ring: Callable, target: DampedCosine, factors: np.ndarray) -> np.ndarray:
-    """Simulate, scale p1 by the squared ratio of frequencies and p2 to mend ζ; repeat."""
-    best, best_error = factors, np.inf
-    for _ in range(_MAX_UPDATES):
-        reached, _ = ring(factors)
-        if reached is None:
-            return best
-        error = _distance(reached, target)
-        if error < best_error:
-            best, best_error = factors, error
-        if error < _CLOSE:
-            break
-        faster = target.frequency / reached.frequency
-        factors = factors * [faster**2, faster * target.damping_ratio / reached.damping_ratio]
-    return best
-
-
-def _search_powell(ring: Callable, target: DampedCosine, start: np.ndarray) -> np.ndarray:
-    def cost(logs: np.ndarray) -> float:
-        reached = ring(np.exp(logs))[0]
-        return 1e3 if reached is None else _distance(reached, target)
-
-    logs = np.log(start)
-    bounds = [(value - 1.0, value + 1.0) for value in logs]
-    return np.exp(
-        minimize(
-            cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}
-        ).x
-    )
 
 
 def _distance(reached: DampedCosine, target: DampedCosine) -> float:

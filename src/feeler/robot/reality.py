@@ -171,23 +171,9 @@ def add_robots(
     Draw these robots with a seed of their own; a robot that is tested must not be among them.
     """
     trials = make_touches() if trials is None else list(trials)
-    for robot in robots:
-        training = training.join(_read_touches(robot, trials, training.antenna))
+    for touches in touch_robots(robots, trials=trials, antenna=training.antenna):
+        training = training.join(touches)
     return training.take(np.flatnonzero(training.touched))
-
-
-@checked
-def _read_touches(
-    surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None
-) -> Touches:
-    """Touch a surrogate robot, read its recordings as a user would, and align them."""
-    antenna = make_robot() if antenna is None else antenna
-    return _read(
-        surrogate,
-        trials,
-        surrogate.touch(trials, reach=antenna.length / make_robot().length),
-        antenna,
-    )
 
 
 def _read(
