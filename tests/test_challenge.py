@@ -113,6 +113,8 @@ def test_results_of_others_stay_and_a_method_replaces_its_own(tmp_path):
     challenge.write_results(path, [{"method": "a", **row, "accuracy": 0.7}])
     table = pd.read_csv(path).set_index("method")
     assert table["accuracy"].to_dict() == {"b, c": 0.5, "a": 0.7}
+    challenge.write_results(path, [{"method": "a", **row, "by": "B"}])
+    assert pd.read_csv(path)["by"].tolist() == ["A", "A", "B"]
     path.write_text("x,y\n1,2\n")
     with pytest.raises(InvalidInput, match=r"has other columns than a results file: x, y\."):
         challenge.write_results(path, [{"method": "a", **row}])

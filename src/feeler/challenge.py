@@ -240,7 +240,7 @@ BASELINES: Mapping[str, Callable[[], Any]] = {
 
 
 def write_results(path: str | os.PathLike, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Add rows to a results file (CSV), in place of those of the same method and noise.
+    """Add rows to a results file (CSV), in place of those of the same method, noise and author.
 
     Columns: method, noise, accuracy, low, high (95 %), version (of the task), by (who).
     """
@@ -252,5 +252,5 @@ def write_results(path: str | os.PathLike, rows: Sequence[Mapping[str, Any]]) ->
                 f"{path} has other columns than a results file: {', '.join(old.columns)}."
                 f" It needs {', '.join(_COLUMNS)}."
             )
-        table = pd.concat([old, table]).drop_duplicates(["method", "noise"], keep="last")
+        table = pd.concat([old, table]).drop_duplicates(["method", "noise", "by"], keep="last")
     write_text(path, table.to_csv(index=False, float_format="%.4f"))

@@ -2,12 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
+from sklearn.neighbors import KNeighborsClassifier
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
 from feeler.cli.choose import name_classifier
-from feeler.decoding import CLASSIFIERS
+from feeler.decoding import CLASSIFIERS, compute_sweep
 from feeler.decoding.classifiers import describe_classifier
 from feeler.errors import InvalidInput
 from tests.cli._command import run
@@ -46,12 +48,68 @@ def test_a_function_of_a_file_gives_a_classifier_and_its_text_is_its_identity(ow
         name_classifier("nobody")
 
 
+NEAREST = """
+import numpy as np
+from sklearn.naive_bayes import GaussianNB
+from sklearn.neighbors import KNeighborsClassifier
+
+class Nearest:
+    def fit(self, tensors, labels):
+        self.known, self.labels = tensors, labels
+
+    def predict(self, tensors):
+        gaps = [np.square(tensors - one).sum(axis=(1, 2)) for one in self.known]
+        return self.labels[np.argmin(gaps, axis=0)]
+
+def make():
+    return Nearest()
+
+def table():
+    return KNeighborsClassifier(1)
+
+def bayes():
+    return GaussianNB()
+
+def number():
+    return 3
+"""
+
+
+def test_anything_with_fit_and_predict_answers_as_scikit_learn_s_own_of_tables(own):
+    own.write_text(NEAREST)
+    rng = np.random.default_rng(0)
+    tensors = rng.random((12, 5, 20)) + np.repeat([0, 0.1, 0.2], 4)[:, None, None]
+    labels = np.repeat(["a", "b", "c"], 4)
+    expected = KNeighborsClassifier(1).fit(tensors.reshape(12, -1), labels)
+    for name in ("make", "table"):
+        make = CLASSIFIERS[name_classifier(f"{own}:{name}")]
+        found = make().fit(tensors, labels)
+        other = rng.random((40, 5, 20))
+        np.testing.assert_array_equal(
+            found.predict(other), expected.predict(other.reshape(40, -1))
+        )
+        chance = found.predict_proba(other)
+        np.testing.assert_array_equal(
+            found.classes_[chance.argmax(axis=1)], found.predict(other)
+        )
+        np.testing.assert_allclose(chance.sum(axis=1), 1)
+        known = {"ratios": (0.3, 1.0), "n_repeats": 2, "noise": "common:1"}
+        one = compute_sweep(tensors, labels, estimator=make(), **known)
+        two = compute_sweep(tensors, labels, estimator=KNeighborsClassifier(1), **known)
+        np.testing.assert_array_equal(one.noisy, two.noisy)
+    with pytest.raises(
+        InvalidInput, match=r"py:number must give something with fit.* predict.*, got 3"
+    ):
+        CLASSIFIERS[name_classifier(f"{own}:number")]()
+
+
 def test_tradeoff_asks_it(own, tmp_path):
-    words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--classifier", f"{own}:make", "--json"]
+    own.write_text(NEAREST)
+    words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--classifier", f"{own}:bayes", "--json"]
     words += ["--out", tmp_path / "out", "--objects", "ball:radius=1.5"]
     done = CliRunner().invoke(app, [str(word) for word in words])
     assert done.exit_code == 0, done.output
-    assert f"{own}:make" in done.stdout
+    assert f"{own}:bayes" in done.stdout
     assert json.loads(done.stdout[done.stdout.index("{") :])
 
 

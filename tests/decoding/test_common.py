@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from sklearn.base import clone, is_classifier
+from sklearn.calibration import CalibratedClassifierCV
 from sklearn.ensemble import StackingClassifier, VotingClassifier
 from sklearn.exceptions import NotFittedError
 from sklearn.model_selection import GridSearchCV, cross_val_predict, cross_val_score
@@ -27,7 +28,7 @@ ESTIMATORS = {
     "svm": make_svm(),
     "cnn": TouchNetwork((12, 30), max_epochs=2),
     "templates": CLASSIFIERS["templates"](noise="common:0.1"),
-    "ideal": CLASSIFIERS["ideal"](noise="common:0.1"),
+    "ideal": CLASSIFIERS["ideal"](noise=0.1),  # rad, as "common:0.1"
     "stream": StreamDecoder(window=8, max_lag=2),
     "transfer": TransferClassifier(2, 0.01),
     "student": StudentTClassifier(step=5),
@@ -104,6 +105,18 @@ def test_a_fit_has_the_state_that_users_rely_on(name, data):
         np.testing.assert_array_equal(answer(clone(estimator).fit(X, y), X), first)
     with pytest.raises(ValueError, match=r"[Ss]ensors|shape|\(row, time\)"):
         answer(estimator, X[:, :9])
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_a_classifier_refuses_tensors_with_gaps_and_is_scored_by_ranks(name, data):
+    X, y = data
+    with pytest.raises(ValueError, match="NaN"):
+        clone(ESTIMATORS[name]).fit(np.where(X > 1, np.nan, X), y)
+    if name != "cnn":
+        two = cross_val_score(ESTIMATORS[name], X, y == "a", scoring="roc_auc", cv=3)
+        assert (two > 0.9).all()
+        calibrated = CalibratedClassifierCV(ESTIMATORS[name], cv=3).fit(X, y)
+        assert calibrated.score(X, y) == 1
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)

@@ -44,6 +44,13 @@ def test_pandas_reads_each_touch_with_its_labels(whole, saved):
     assert test["seed"].tolist() == whole["seed"].values[::3].tolist()
 
 
+def test_rows_that_pandas_chose_and_wrote_again_come_back(whole, saved, tmp_path):
+    order = np.argsort(whole["seed"].values)[::-2]
+    pd.read_parquet(saved).iloc[order].to_parquet(tmp_path / "again.parquet")
+    expected = complete(whole.isel(trial=order))
+    xr.testing.assert_identical(load(tmp_path / "again.parquet"), expected)
+
+
 def test_objects_are_numbered_for_datasets_of_hugging_face(whole, saved, tmp_path):
     """As that library writes a ``ClassLabel``: int64, and its names in the schema."""
     schema = pq.read_schema(saved)
@@ -129,7 +136,7 @@ def change(saved, make):
     ("make", "words"),
     [
         (lambda t: t.replace_schema_metadata({}), r"its columns \(.*angle.*\) mean is unknown"),
-        (lambda t: t.drop_columns(["angle"]), "damaged"),
+        (lambda t: t.drop_columns(["angle"]), "the column 'angle' is missing"),
         (lambda t: t.replace_schema_metadata({"feeler_description": "{"}), "is damaged"),
         (lambda t: t.replace_schema_metadata({"feeler_description": "[]"}), "is damaged"),
         (

@@ -12,7 +12,7 @@ from scipy.special import log_softmax
 from feeler.antenna.animals import SampledAntennas, cockroach
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
-from feeler.objects import Common, Nuisances, Task, parse_noise
+from feeler.objects import Nuisances, Task, parse_noise
 from feeler.objects.motion import BaseMotion
 from feeler.objects.task import SampledTrials, is_number
 from feeler.objects.trials import make_features
@@ -103,8 +103,7 @@ class ActiveTask(Record, kw_only=False):
     """How many numbers a prediction is."""
 
     def _check(self) -> None:
-        noise = Common(self.noise) if is_number(self.noise) else parse_noise(self.noise)
-        vars(self)["noise"] = noise
+        vars(self)["noise"] = parse_noise(self.noise)
 
     @property
     def first_antenna(self) -> Antenna:

@@ -39,13 +39,15 @@ def choose_antenna(name: str) -> Antenna:
 
 def name_classifier(text: str) -> str:
     """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
-    which gives a classifier and is known by this text from now on.
+    which gives anything with ``fit`` and ``predict`` and is known by this text from now on.
     """
     from feeler.decoding import CLASSIFIERS
+    from feeler.decoding.classifiers import adopt
 
     file, _, name = text.partition(":")
     if file.endswith(".py") and text not in CLASSIFIERS:
-        CLASSIFIERS.register(text, load_function(Path(file), name or "make", "a classifier"))
+        make = load_function(Path(file), name or "make", "a classifier")
+        CLASSIFIERS.register(text, lambda: adopt(make(), text))
     CLASSIFIERS[text]
     return text
 

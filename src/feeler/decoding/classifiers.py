@@ -22,6 +22,7 @@ from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
+from sklearn.utils.metaestimators import available_if
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
@@ -528,11 +529,16 @@ class _FlatPipeline(Classifier, Pipeline):
         found = Pipeline.predict(classifier, _flatten(seen), **params)
         return label_like(found, X, ("trial",), "label")
 
+    @available_if(lambda self: hasattr(self.steps[-1][1], "decision_function"))
+    def decision_function(self, X: Any, **params: Any) -> np.ndarray:
+        """Scores (trial, class) of the last step; (trial,) where there are two classes."""
+        return Pipeline.decision_function(self, _flatten(X), **params)
+
     def _decide(self, X: Any) -> np.ndarray:
         """Probabilities, or votes as such where the last step gives none."""
         if hasattr(self.steps[-1][1], "predict_proba"):
             return Pipeline.predict_proba(self, _flatten(X))
-        return softmax(_compute_decision_scores(self.decision_function(_flatten(X))), axis=1)
+        return softmax(_compute_decision_scores(self.decision_function(X)), axis=1)
 
     def __sklearn_tags__(self) -> Any:
         """Two dimensions or three; principal components are of double precision."""
@@ -541,6 +547,68 @@ class _FlatPipeline(Classifier, Pipeline):
         if tags.transformer_tags is not None:
             tags.transformer_tags.preserves_dtype = ["float64"]
         return tags
+
+
+class _Own(Classifier):
+    """A method of the user's own, of tensors, or of tables if it refuses those."""
+
+    def __init__(self, method: Any) -> None:
+        self.method = method
+
+    def fit(self, X: Any, y: Any) -> "_Own":
+        """Fit a copy of the method."""
+        self._keep(X, y)
+        self.classes_, self.flat_ = np.unique(y), False
+        try:
+            self.method_ = clone(self.method, safe=False)
+            self.method_.fit(np.asarray(X), y)
+        except ValueError:
+            self.method_, self.flat_ = clone(self.method, safe=False), True
+            self.method_.fit(_flatten(X), y)
+        return self
+
+    def predict(self, X: Any, until: float | None = None) -> Any:
+        """What the method answers."""
+        own, seen = self._look(X, until)
+        return label_like(own._ask("predict", seen), X, ("trial",), "label")
+
+    def _decide(self, X: Any) -> np.ndarray:
+        if hasattr(self.method_, "predict_proba"):
+            return self._ask("predict_proba", X)
+        votes = self._ask("predict", X)[:, None] == self.classes_
+        return softmax(votes.astype(float), axis=1)
+
+    def _ask(self, what: str, X: Any) -> np.ndarray:
+        return np.asarray(
+            getattr(self.method_, what)(_flatten(X) if self.flat_ else np.asarray(X))
+        )
+
+
+def adopt(method: Any, name: str) -> Classifier:
+    """A method as a classifier of tensors (trial, sensor, time).
+
+    Parameters
+    ----------
+    method
+        A ``Classifier``, or anything with ``fit(tensors, labels)`` and ``predict(tensors)``. What
+        raises a ``ValueError`` of tensors gets tables (trial, entry). Without ``predict_proba``
+        probabilities are the softmax of votes.
+    name
+        What gave it, for the message.
+
+    Raises
+    ------
+    InvalidInput
+        It has no ``fit`` or no ``predict``.
+    """
+    if isinstance(method, Classifier):
+        return method
+    if not all(callable(getattr(method, one, None)) for one in ("fit", "predict")):
+        raise InvalidInput(
+            f"{name} must give something with fit(tensors, labels) and predict(tensors), got"
+            f" {show(method)}."
+        )
+    return _Own(method)
 
 
 @checked

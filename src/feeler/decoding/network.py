@@ -192,6 +192,10 @@ class TouchNetwork(Classifier):
 
     def _flatten(self, X) -> np.ndarray:
         images = np.asarray(X, dtype=float)
+        if not np.isfinite(images).all():
+            raise InvalidInput(
+                "the tensors hold NaN or infinite entries; drop such trials, or fill the gaps."
+            )
         if len(self.shape_) != 2 or images[0].size != np.prod(self.shape_):
             raise InvalidInput(
                 f"tensors of {images[0].size} entries do not have the shape {self.shape_} given."

@@ -163,6 +163,7 @@ def check_settings(estimator: Any) -> None:
         check_sparseness(estimator.sparseness)
     check_choice("constraint", estimator.constraint, _CONSTRAINTS)
     check_choice("init", estimator.init, _STARTS)
+    check_choice("keep", estimator.keep, ("lowest", "typical"))
     if estimator.code is not None:
         check_choice("code", estimator.code, FIXED_CODES)
     for name in ("tol", "ridge", "cross_orthogonality"):

@@ -20,6 +20,7 @@ from feeler.encoding.convolution import (
     canonicalise_sums,
     compute_activation_gram,
     compute_stability,
+    match_components,
     reconstruct,
 )
 from feeler.encoding.factorise import (
@@ -64,6 +65,7 @@ _OF_FIT = (
     "restart_activations_",
 )
 """What only ``fit`` knows of its tensors; learning from a batch leaves none of it true."""
+_NEARLY = 0.003  # [C] share of the squares
 _Sums = tuple[np.ndarray | float, np.ndarray | float]
 
 
@@ -112,11 +114,15 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         ``random`` starts from uniform numbers. ``windows`` starts from stretches of the tensors
         drawn by energy: this start is nearer, but planted bases come back less often from it.
     n_restarts : int, default=3
-        Fits from this many starts; the one with the lowest loss is kept.
+        Fits from this many starts.
     n_finished : int, optional
         How many of these fits, those of lowest loss, go on past a third of ``max_iter``, which
         halves the time of ten; ``restarts_`` and stabilities then speak of unfinished fits too.
         None: all.
+    keep : {"lowest", "typical"}, default="lowest"
+        Which start is kept: the one of the lowest loss, or, of those that leave at most 0.3 % [C]
+        more of the squares unexplained, the one whose bases are most like all the others'. The
+        lowest of many starts is at times one that splits a pattern and mixes two others.
     max_iter : int, default=100
         Most iterations of a fit.
     tol : float, default=3e-4
@@ -157,7 +163,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         NaN for one restart. Where only the first is high, restarts found the same patterns at other
         lags, and some may hold a part of a pattern only: compare ``restarts_``.
     restarts_ : np.ndarray
-        Relative residual of each restart, best first.
+        Relative residual of each restart, the one kept first, then from the best.
     restart_components_, restart_activations_ : np.ndarray, list of np.ndarray
         Their bases and activations, in the same order.
 
@@ -190,6 +196,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         init: str = "random",
         n_restarts: int = 3,
         n_finished: int | None = None,
+        keep: str = "lowest",
         max_iter: int = 100,
         tol: float = 3e-4,
         inner_steps: int | None = None,
@@ -207,6 +214,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         self.init = init
         self.n_restarts = n_restarts
         self.n_finished = n_finished
+        self.keep = keep
         self.max_iter = max_iter
         self.tol = tol
         self.inner_steps = inner_steps
@@ -525,8 +533,11 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
 
     def _keep(self, found: list[Factors], data: Data) -> None:
         """Set the learned attributes from the restarts."""
+        energy = data.energy
         found = sorted(found, key=lambda factors: factors.losses[-1])
-        best, energy = found[0], data.energy
+        if self.keep == "typical":
+            found.insert(0, found.pop(_find_typical(found, _NEARLY * energy)))
+        best = found[0]
         gram = compute_activation_gram(best.activations, data.n_lags)
         self._set_bases(best.components, (data.gather(best.activations), gram))
         self.activations_ = best.activations
@@ -627,6 +638,13 @@ class Flatten(TransformerMixin, BaseEstimator):
 def _canonical(factors: Factors) -> Factors:
     components, activations = canonicalise(factors.components, factors.activations)
     return replace(factors, components=components, activations=activations)
+
+
+def _find_typical(found: list[Factors], margin: float) -> int:
+    """Which of the fits within a margin of the lowest squares is most like all of them."""
+    near = [one for one in found if 2 * (one.losses[-1] - found[0].losses[-1]) <= margin]
+    bases = [one.components for one in near]
+    return int(np.argmax([sum(match_components(a, b)[1].sum() for b in bases) for a in bases]))
 
 
 def _count_threads(n_jobs: int | None) -> int:

@@ -24,7 +24,7 @@ _GRID = ("n_components", "sparseness", "n_lags")
 _SPARSENESS = (0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95)  # [C]
 
 
-_STARTS = 10  # [C] of the encoder chosen; the lowest of three is not always the lowest of all
+_STARTS = 10  # [C] of the encoder chosen
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class Selection:
         ``sem`` of its difference from the lowest; ``fitted``, the same share of the entries
         fitted; ``dissimilarity`` of the starts; whether it is ``chosen``.
     encoder : ConvolutiveNMF
-        The one chosen, fitted to all entries from ten starts, or as many as it asks for.
+        The one chosen, fitted to all entries from ten starts, or as many as it asks for; of those
+        that fit nearly as well as the lowest, the typical one is kept (``keep="typical"``).
     tolerance : float
         How much more of the squares than the lowest the choice may leave unexplained.
     """
@@ -203,7 +204,7 @@ def select_encoder(
             add([values])
     chosen = _choose(found, tolerance)
     model = clone(models[chosen]).set_params(n_jobs=n_jobs, warn=base.warn)
-    model.set_params(n_restarts=max(_STARTS, base.n_restarts))
+    model.set_params(n_restarts=max(_STARTS, base.n_restarts), keep="typical")
     return Selection(_tabulate(found, chosen), model.fit(tensors, mask=hidden), tolerance)
 
 

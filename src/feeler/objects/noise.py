@@ -206,11 +206,11 @@ class Mixed(Noise, kw_only=False):
         return np.hypot(self.size, self.share * signal)
 
 
-def parse_noise(noise: str | Noise) -> Noise:
+def parse_noise(noise: float | str | Noise) -> Noise:
     """A noise from its text: the model's name, then its size, then other fields.
 
-    Such as ``"relative"``, ``"relative:0.1"`` and ``"relative:0.1,each=vector"``; a ``Noise`` is
-    given back as it is.
+    A number is the size of ``Common``, the same everywhere; texts are ``"relative"``,
+    ``"relative:0.1"`` and ``"relative:0.1,each=vector"``; a ``Noise`` is given back as it is.
 
     Raises
     ------
@@ -219,9 +219,12 @@ def parse_noise(noise: str | Noise) -> Noise:
     """
     if isinstance(noise, Noise):
         return noise
+    if isinstance(noise, int | float | np.number):
+        return Common(float(noise))
     if not isinstance(noise, str):
         raise InvalidInput(
-            f"noise must be text such as 'relative:0.1', got {str(noise)[:40]!r}."
+            "noise must be a standard deviation such as 0.1, a text such as 'relative:0.1', or a"
+            f" Noise; got {str(noise)[:40]!r}."
         )
     name, _, rest = noise.partition(":")
     model = NOISES[name.strip()]

@@ -215,22 +215,26 @@ def read_parquet(path: str) -> _Answer:
 
     file = ParquetFile(path)
     notes = file.schema_arrow.metadata or {}
+    if b"PANDAS_ATTRS" in notes:  # which pandas keeps, and writes again
+        notes = {k.encode(): v for k, v in json.loads(notes[b"PANDAS_ATTRS"]).items()}
     if DESCRIPTION.encode() not in notes:
         names = ", ".join(file.schema_arrow.names[:8])
         raise InvalidInput(
             f"it has no {DESCRIPTION}, so what its columns ({names or 'none'}) mean is unknown."
-            " Recordings are read from CSV."
+            " Recordings are read from CSV. Programs other than pandas drop it as they write."
         )
     content = json.loads(notes[DESCRIPTION.encode()])
     variables, arrays = content["rest"]["variables"], {}
     for name, values in content["numbers"].items():
         arrays[name] = np.array([float(x) if isinstance(x, str) else x for x in values])
     for name, entry in content["columns"].items():
+        if name not in file.schema_arrow.names:
+            raise InvalidInput(f"the column {name[:60]!r} is missing.")
         column = file.read([name], use_threads=False).column(0)
         if column.null_count:
             raise InvalidInput(f"the column {name[:60]!r} has empty cells.")
         column = column.combine_chunks()
-        while types.is_fixed_size_list(column.type):
+        while types.is_nested(column.type):
             column = column.flatten()
         entry["shape"][0] = file.metadata.num_rows
         if entry["type"] == "str":

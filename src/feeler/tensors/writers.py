@@ -391,7 +391,8 @@ def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     described = json.loads(describe(dataset.isel(trial=slice(0))))["variables"]
     content = _describe_whole(dataset.drop_vars(names))
     content["columns"] = {name: described[name] for name in names}
-    notes = {DESCRIPTION: json.dumps(content, ensure_ascii=True)}
+    own = {DESCRIPTION: json.dumps(content, ensure_ascii=True)}
+    notes = {"PANDAS_ATTRS": json.dumps(own)}
     labels: dict[str, np.ndarray] = {}
     if "feature" in names and "label" not in dataset.variables:
         classes, labels["label"] = np.unique(dataset["feature"].values, return_inverse=True)
