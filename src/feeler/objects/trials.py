@@ -101,7 +101,8 @@ class Trial(Record):
         size = (
             f" ({measure} {self.feature.size:g} mm)" if np.isfinite(self.feature.size) else ""
         )
-        return f"{self.feature.name}{size} at {self.location:g} L, {self.speed:g} m/s"
+        side = ", from the right" if self.side == "right" else ""
+        return f"{self.feature.name}{size} at {self.location:g} L, {self.speed:g} m/s{side}"
 
     def _repr_html_(self) -> str:
         """The feature on its way to a stretch of an antenna that points up."""
