@@ -149,6 +149,9 @@ def test_codes_are_what_they_say(code, width, expected):
 def test_what_cannot_be_learned_is_refused():
     with pytest.raises(InvalidInput, match="same code 'counts', as where no unit fires"):
         SpikeClassifier().fit(np.zeros((6, 2, 30)), list("aabbcc"))
+    alike = np.repeat(np.eye(30)[[3, 15, 27], None].repeat(2, axis=1), 2, axis=0)
+    with pytest.raises(InvalidInput, match="of one label all have the same code 'counts'"):
+        SpikeClassifier().fit(alike, list("aabbcc"))
     with pytest.raises(InvalidInput, match="must be ≥ 0"):
         PoissonObserver().fit(-make_rates()[0], list("abcd"))
     with pytest.raises(InvalidInput, match="unknown code of spikes 'phase'; valid: counts"):

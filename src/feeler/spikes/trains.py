@@ -420,7 +420,13 @@ class SpikeClassifier(Classifier):
             )
         self._keep(X, y)
         fewest = min(self.n_components, len(codes) - 1, codes.shape[1])
-        self.classifier_ = make_lda(fewest).fit(codes, y)
+        try:
+            self.classifier_ = make_lda(fewest).fit(codes, y)
+        except IndexError as error:  # scikit-learn's, of the first of no singular values
+            raise InvalidInput(
+                f"training trials of one label all have the same code {self.code!r}, and linear"
+                " discriminant analysis learns from how these differ. Draw several trains of each."
+            ) from error
         self.classes_ = self.classifier_.classes_
         return self
 
