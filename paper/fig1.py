@@ -613,7 +613,8 @@ def plot_conditions(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -
     profiles, speeds = found.values()
     bends = [
         compute_bend(t, a)[_find_sample(t, m, trial)].max()
-        for a, trial, t, m in _list_shown(found)
+        for touches in found.values()
+        for a, trial, t, m in touches.values()
     ]
     norm = Normalize(0.0, max(*map(float, bends), 1e-9))
     columns = 1 + max(len(profiles), len(speeds))
@@ -631,10 +632,6 @@ def plot_conditions(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -
         for ax in row[len(touches) :]:
             ax.axis("off")
     figure.colorbar(drawn.colours, ax=axes[:, 1:], label="curvature [1/mm]", pad=0.01)
-
-
-def _list_shown(found: Mapping[str, Mapping[str, _Touch]]) -> list[_Touch]:
-    return [touch for touches in found.values() for touch in touches.values()]
 
 
 def _find_sample(tensors: xr.Dataset, moment: float, trial: Trial) -> int:

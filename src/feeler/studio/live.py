@@ -326,7 +326,6 @@ _PROBE = 12  # [C] lines by which a board is known: how many numbers, how far ap
 _LEAST_STEP = 0.2  # [C] ms; twelve readings in a row that rise faster are a clock and no hinge
 _PATIENCE = 50  # [C] lines in a row that are no samples
 _BAUDRATE = 115_200
-_Say = Callable[..., None]
 
 
 @checked
@@ -370,7 +369,7 @@ def listen(
     antenna: Antenna,
     calibration: SensorCalibration | None,
     find: Callable[[Antenna], AntennaStudy | None],
-    say: _Say,
+    say: Say,
     stop: Event,
 ) -> None:
     """Show what comes from a board until ``stop`` is set.

@@ -1,6 +1,6 @@
 // @ts-check
 import { drawNormal } from "./noise.js";
-/** The studio's decoder (feeler.studio.decoder), as it was trained on touches of one antenna at random locations. */
+/** The studio's decoder (feeler.studio.study), as it was trained on touches of one antenna at random locations. */
 
 const CONFIRM = 3, BASELINE = 300, CLOSE = 1e-9;
 export const KINDS = ["ball", "box", "triangle"];
@@ -63,7 +63,7 @@ export async function readTemplates({ shape, step, data }) {
   return { patterns, series };
 }
 
-/** What of a touch lies outside what a decoder was trained on, in words, as feeler.studio.decoder.Range.find_outside. @param {any} range @param {any} wish @returns {string[]} */
+/** What of a touch lies outside what a decoder was trained on, in words, as feeler.studio.study.Range.find_outside. @param {any} range @param {any} wish @returns {string[]} */
 export function findOutside(range, wish) {
   const found = [], short = (/** @type {number} */ value) => String(Number(value.toPrecision(3)));
   if (!KINDS.includes(wish.kind)) found.push(`a ${wish.kind} (trained: ${KINDS.join(", ")})`);
@@ -97,7 +97,7 @@ export class Decoder {
 
   /**
    * Posterior (sample, answer) over the kinds and "outside" of a touch, and the sample at which contact was noticed, or −1. Noise comes after contact
-   * was noticed, and such a touch is never "outside", as in feeler.studio.decoder's accuracy in noise. @param {Felt} felt
+   * was noticed, and such a touch is never "outside", as in feeler.studio.study's accuracy in noise. @param {Felt} felt
    */
   decode(felt) {
     const { n, samples, noise } = felt, wide = KINDS.length + 1, { at, level } = findOnset(felt, this.onset);
