@@ -48,7 +48,7 @@ class _TouchOptions:
             "--feature",
             "--object",
             help="ball, peg, box, triangle, outline, mesh or wall, or as in"
-            f" box:half_height=3,rounding=0.2 or mesh:file=rock.stl{_MANY}"
+            f" box:half_height=3,rounding=0.2 or mesh:file=rock.stl{_MANY}",
         ),
     ] = field(default_factory=lambda: ["ball"])
     size: Annotated[
