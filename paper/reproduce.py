@@ -170,6 +170,7 @@ def reproduce(
     that is finished. For another antenna the sections that speak of the animal's or the robot's
     own data are left out, with a word why.
     """
+    context.out.mkdir(parents=True, exist_ok=True)
     shipped = {s.name: section for s in STAGES if (section := find_shipped(s, context))}
     made = {name: shipped[name] for name in context.effort.kept if name in shipped}
     made |= {s.name: section for s in STAGES if (section := find_kept(s, context))}
