@@ -3,6 +3,7 @@ at fault or missing stops nothing else.
 """
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -113,6 +114,26 @@ def test_a_wall_is_as_feeler_wall_says_and_its_page_explains_it(tmp_path, preset
 def test_plans_that_are_none_say_where(example, tmp_path, change, match):
     plan = keep(example, tmp_path / "a", "microscope", "force", change=change)
     with pytest.raises(InvalidInput, match=match):
+        load_animal(plan)
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (("frame_rate", "scale = 0.5\nframe_rate"), "mm long in the film.* Is scale="),
+        (("at = 6.0", "at = 60.0"), r"\[releases\] at = 60 mm is beyond the antenna's tip"),
+    ],
+)
+def test_a_plan_at_odds_with_its_films_is_questioned(example, tmp_path, change, match):
+    plan = keep(example, tmp_path / "a", "microscope", "releases", change=change)
+    assert re.search(match, " ".join(study_animal(plan).problems.values()))
+
+
+def test_a_film_is_fitted_or_predicted(example, tmp_path):
+    plan = keep(example, tmp_path / "a", "microscope", "releases")
+    fitted = load_animal(plan).releases.files["c1"]
+    plan.write_text(plan.read_text().replace("release_c4.csv", fitted))
+    with pytest.raises(InvalidInput, match=f"{fitted} is in files and in held_out"):
         load_animal(plan)
 
 

@@ -46,14 +46,16 @@ def make_optimum():
     )
 
 
+ASIDE = np.array([4.0, 4.0, 2.0, -1.0, *np.zeros(16)])
+
+
 def make_curve():
     return ForceCurve(deflection=[0.0, 0.5, 1.0], force=[0.0, 1e-3, 2.5e-3], at=4.0)
 
 
 def make_small_film():
-    time = np.arange(20.0)
     position = np.zeros((20, 2, 2))
-    position[:, 1] = np.column_stack([4.0 * np.exp(-time), 10.0 + 0 * time])
+    position[:, 1] = np.column_stack([ASIDE, np.full(20, 10.0)])
     return Film(
         position=position, bridged=False & (position[..., 0] > 0), place=[0.0, 1.0],
         interval=2.0, origin=[0.0, 0.0],
@@ -75,7 +77,7 @@ def make_sweep_of_walls():
         (make_fit, 2, []),
         (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
         (make_curve, 1, [("force in mN", [0.0, 1.0, 2.5])]),
-        (make_small_film, 1, [("tip", (4.0 * np.exp(-np.arange(20.0))).round(9))]),
+        (make_small_film, 1, [("tip", ASIDE)]),
         (make_sweep_of_walls, 1, []),
     ],
     ids=["sweep", "calibration", "by targets", "design", "force", "film", "wall"],

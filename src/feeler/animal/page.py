@@ -117,9 +117,8 @@ def _find_scale(film: Film, found: Prediction) -> float:
     """
     if film.unit == "mm":
         return 1.0
-    reach = np.linalg.norm(film.rest[-1] - (film.rest[0] if film.place[0] == 0 else 0.0))
     length = float(np.linalg.norm(np.diff(found.posture[0], axis=0), axis=1).sum())
-    return float(reach / (length * film.place[-1]))
+    return film.reach / (length * film.place[-1])
 
 
 def write_animal_page(study: Any, out: Path) -> list[str]:

@@ -68,6 +68,13 @@ class _Films(Record):
     individual: str | None = None
     video: dict[str, str] = field(default_factory=dict)
 
+    def _check(self) -> None:
+        if both := {*self.files.values()} & {*self.held_out.values()}:
+            raise InvalidInput(
+                f"{', '.join(sorted(both))} is in files and in held_out: a film is fitted or"
+                " predicted, not both."
+            )
+
 
 class _Forces(Record):
     """Force–deflection tables, by animal; ``at`` [mm from the base] unless a column says it."""

@@ -65,6 +65,7 @@ _NEEDS = {
     "spikes": "[object], and an antenna; beside recorded ones if [spikes] names a file",
 }
 """What each part is computed from."""
+_ODD = 1.5  # [C] factor between the antenna's length in a film and by its segments
 _LONGEST = 10_000.0  # [C] ms of a touch that is simulated
 _SAMPLE = 0.5  # [C] ms; sensilla adapt too fast for 1 ms
 _LET_GO = 10.0  # [C] ms without force that end a contact
@@ -277,6 +278,12 @@ def _load(
         film = load_film(path, films.points, name=name, **how)
         if release:
             film.make_traces()
+        length = study.start.length * film.place[-1] if study.start is not None else film.reach
+        if film.unit == "mm" and not 1 / _ODD < film.reach / length < _ODD:
+            study.problems[f"scale of {path.name}"] = (
+                f"the antenna is {film.reach:.3g} mm long in the film, {length:.3g} mm by its"
+                " segments. Is scale= [px/mm] right?"
+            )
         return film
 
     return _attempt(study, files, read)
@@ -322,6 +329,11 @@ def _make_protocol(study: AnimalStudy) -> Protocol:
         raise InvalidInput("no antenna is described: give [microscope] or antenna = FILE.")
     at = plan.releases.at if plan.releases is not None else None
     at = 0.25 * antenna.length if at is None else at
+    if at >= antenna.length:
+        raise InvalidInput(
+            f"[releases] at = {at:g} mm is beyond the antenna's tip, {antenna.length:.4g} mm from"
+            " the base."
+        )
     speed = plan.impulses.speed if plan.impulses is not None else 0.2
     return Protocol(at=at, deflection=0.1 * at, speed=speed)
 

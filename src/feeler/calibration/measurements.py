@@ -367,6 +367,11 @@ class Film(Shown, Record):
             [[find_rest(row) for row in point.T] for point in self.position.swapaxes(0, 1)]
         )
 
+    @property
+    def reach(self) -> float:
+        """From the first to the outermost point at rest [``unit``]."""
+        return float(np.linalg.norm(self.rest[-1] - self.rest[0]))
+
     @cached_property
     def axes(self) -> np.ndarray:
         """Along the antenna at rest, and across it towards where it is at first (2, 2), unit rows.
@@ -393,9 +398,12 @@ class Film(Shown, Record):
         return moved.T[self.place > 0]
 
     def match_protocol(self, antenna: Antenna, protocol: Protocol) -> Protocol:
-        """The protocol that holds the outermost point of ``antenna`` as far aside as the film's."""
-        reach = np.linalg.norm(self.rest[-1] - (self.rest[0] if self.place[0] == 0 else 0.0))
-        unit = 1.0 if self.unit == "mm" else reach / (antenna.length * self.place[-1])
+        """The protocol that holds the outermost point of ``antenna`` as far aside as the film's;
+        as it is where neither the base was tracked nor a scale is known.
+        """
+        if self.place[0] > 0 and self.unit != "mm":
+            return protocol
+        unit = self.reach / (antenna.length * self.place[-1]) if self.place[0] == 0 else 1.0
         held = abs(float(np.median(self.displacement[-1, :5]))) / unit
         rest = compute_point(antenna, antenna.rest_angle, self.place[-1])
         for _ in range(3):
