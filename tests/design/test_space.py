@@ -11,7 +11,7 @@ from feeler.cli.app import app
 from feeler.design import Constraints, Space, score
 from feeler.design.plan import make_strips, measure_tolerance
 from feeler.design.scoring import _touch_classes, choose_sensors, measure_sensors
-from feeler.design.search import _compute_diameter, match_compliance
+from feeler.design.search import match_compliance
 from feeler.errors import InvalidInput
 from feeler.objects import Nuisances
 from feeler.tensors.transforms import stack_planes
@@ -86,8 +86,10 @@ def test_constraints_are_on_bending_and_torsion_counts_in_none():
     wrung[2] = 1e-6
     for kept in (Constraints(compliance=(1.0, 1.0)), Constraints(softest=1.0)):
         assert [*kept.check(TWISTING.replace(stiffness=wrung), TWISTING).values()] == [0.0]
-    diameter = _compute_diameter(TWISTING, 2500.0)
-    np.testing.assert_allclose(diameter[0], _compute_diameter(TWISTING.flatten(), 2500.0))
+    cut = Constraints(thickness=9.0).check(TWISTING.replace(stiffness=wrung), TWISTING)
+    stiffness = TWISTING.stiffness[:2] * TWISTING.segment_length  # k ℓ = E π d⁴ / 64
+    thinnest = (64 * stiffness.min() / (np.pi * Constraints().modulus)) ** 0.25
+    assert cut["thickness"] == pytest.approx(np.log(9.0 / thinnest))
     softer = TWISTING.stiffness * np.array([[1.0], [0.1], [1.0]])
     broken = Constraints(softest=0.5).check(TWISTING.replace(stiffness=softer), TWISTING)
     assert broken["softest"] == pytest.approx(np.log(0.5 * 0.3 / 0.04))

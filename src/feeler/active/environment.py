@@ -237,9 +237,9 @@ class TouchVectorEnv(VectorEnv):
             given = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
             wanted = (self.num_envs, n + self._decide)
             if given.shape != wanted or np.isnan(given).any():
-                what = "NaN among them" if given.shape == wanted else f"{given.shape}"
                 raise InvalidInput(
-                    f"actions are numbers (environment, action) {wanted}, got {what}."
+                    f"actions are numbers (environment, action) {wanted}, got"
+                    f" {'NaN among them' if given.shape == wanted else given.shape}."
                 )
             move = given[:, :2] * [task.max_speed, task.max_turn]
             return (

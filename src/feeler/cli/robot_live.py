@@ -123,9 +123,10 @@ def stream(
     touch = chosen.start(missing=gone, labels=labels)
     if readings is not None:
         where = f" at {source}, {baud} baud" if serial else ""
-        clock, taken = time_unit or "ms", f"{n} numbers a line, in {readings.unit}"
         typer.echo(
-            f"listening{where}: {taken} (--unit), times in {clock} (--time-unit)", err=True
+            f"listening{where}: {n} numbers a line, in {readings.unit} (--unit), times in"
+            f" {time_unit or 'ms'} (--time-unit)",
+            err=True,
         )
     watch = _Watch(samples, link, readings)
     gc.freeze()  # a search through all that is loaded would hold the samples up for 100 ms

@@ -102,7 +102,9 @@ class _Robot:
         self.decoder: Any = None
         self.theory = file.theory if file else self.antenna
         self.calibration = file.calibration if file else None
-        self.joints = _split_names(joints) or (file.sensors.joints if file else ())
+        self.joints = tuple(filter(None, map(str.strip, (joints or "").split(",")))) or (
+            file.sensors.joints if file else ()
+        )
 
     def adopt(self, decoder: Any, named: bool) -> None:
         """Take antenna, calibration and joints of a decoder; ``named``: refuse it where this robot
@@ -170,11 +172,6 @@ class _Robot:
         lines = self.load_lines(calibration)
         loaded = (self.load(path, lines, outside, bad_channels, **units) for path in paths)
         return [repair(one, gaps=gaps, bad_channels=bad_channels) for one in loaded]
-
-
-def _split_names(text: str | None) -> tuple[str, ...]:
-    names = [name.strip() for name in (text or "").split(",")]
-    return tuple(name for name in names if name)
 
 
 def _make_touches(

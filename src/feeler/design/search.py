@@ -304,7 +304,6 @@ class Constraints(Record):
         if self.width is not None:
             # By how much the hinge that is hardest to cut misses the widths, of its best
             # sheet.
-            assert self.width is not None
             low, high = self.width
             strip = self.stiffness_factor * self.modulus * np.array(self.sheets) ** 3
             bent = _list_bending(antenna.stiffness)[..., None]
@@ -312,23 +311,16 @@ class Constraints(Record):
             missed = np.maximum(np.log(low / width), 0) + np.maximum(np.log(width / high), 0)
             found["width"] = float(missed.min(axis=-1).max())
         if self.thickness is not None:
+            # The diameter d of full round hinges that are as stiff: k = E π d⁴ / (64 ℓ).
+            fourth = 64 * own * antenna.segment_length
             found["thickness"] = _lack(
-                _compute_diameter(antenna, self.modulus).min(), self.thickness
+                (fourth / (np.pi * self.modulus)).min() ** 0.25, self.thickness
             )
         return found
 
     def check_peak(self, peak: float) -> float:
         """How far the peak angle is too great."""
         return 0.0 if self.peak_angle is None else _lack(self.peak_angle, peak)
-
-
-def _compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
-    """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E
-    π d⁴ / (64 ℓ). In space (plane, segment).
-    """
-    return (
-        64 * _list_bending(antenna.stiffness) * antenna.segment_length / (np.pi * modulus)
-    ) ** 0.25
 
 
 def _lack(value: float, least: float) -> float:

@@ -115,15 +115,18 @@ def draw_training_set(
         while len(felt) < len(drawn):
             k = len(felt)
             several = drawn[k : min(k + _TOGETHER, robots)] if k < robots else drawn[k : k + 1]
-            met = trials if k < robots else _replace_objects(trials, children[k])
+            rng = np.random.default_rng(children[k].spawn(1)[0])
+            met = (
+                trials
+                if k < robots
+                else [
+                    replace(trial, feature=_draw_stranger(trial.feature, rng))
+                    for trial in trials
+                ]
+            )
             felt += touch_robots(several, trials=met, antenna=antenna, **how)
             advance(len(felt), len(drawn))
     return TrainingSet(known=felt[:robots], unknown=felt[robots:])
-
-
-def _replace_objects(trials: Sequence[Trial], seed: np.random.SeedSequence) -> list[Trial]:
-    rng = np.random.default_rng(seed.spawn(1)[0])
-    return [replace(trial, feature=_draw_stranger(trial.feature, rng)) for trial in trials]
 
 
 def _draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:

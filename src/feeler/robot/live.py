@@ -97,21 +97,20 @@ class Readings:
         self.outside += count > 0
         self._run = self._run + 1 if count >= (1 if lines is None else max(known / 2, 1)) else 0
         if self._run >= _IN_A_ROW and (lines is None or self._how == "refuse"):
+            most = np.fmax.reduce(np.abs(values), initial=0.0)
             raise InvalidInput(
-                f"{_IN_A_ROW} samples in a row are not possible: {self._find_fault(values)} Is the"
-                " unit right? State it with unit=."
+                f"{_IN_A_ROW} samples in a row are not possible: "
+                + (
+                    f"a hinge turns by {most:.4g} rad, more than half a turn."
+                    if lines is None
+                    else lines.describe_outside(values[:, None])
+                )
+                + " Is the unit right? State it with unit=."
             )
         if self._lines is None:
             return np.where(np.abs(values) > np.pi, np.nan, values)
         how = "missing" if self._how == "refuse" else self._how
         return self._lines.apply(values[:, None], outside=how)[:, 0]
-
-    def _find_fault(self, values: np.ndarray) -> str:
-        """What is not possible about readings, in words."""
-        if self._lines is None:
-            most = np.fmax.reduce(np.abs(values), initial=0.0)
-            return f"a hinge turns by {most:.4g} rad, more than half a turn."
-        return self._lines._describe(values[:, None], self._lines.find_outside(values[:, None]))
 
 
 class _LiveTouch:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.files import writing
 from feeler.objects import load_objects
 from feeler.records import ALLOW_NAN, Choice, Ge, Le, Record
-from feeler.robot.description import RobotFile, is_robot_file, load_robot
+from feeler.robot.description import is_robot_file, load_robot
 from feeler.robot.sensors import (
     ANGLE_UNITS,
     MAX_HINGES,
@@ -153,8 +153,11 @@ class Recording(Record):
             off = np.flatnonzero(never & np.isfinite(values).any(axis=1))
             if off.size < self.n_sensors / 2:
                 values[off] = np.nan
-                said = f"; never in its range, made missing: {', '.join(map(str, off + 1))}"
-                said *= off.size > 0
+                said = (
+                    f"; never in its range, made missing: {', '.join(map(str, off + 1))}"
+                    if off.size
+                    else ""
+                )
         angle = calibration.apply(values, robot=self.robot, outside=outside)
         result = self.replace(values=angle, quantity="angle", unit="rad")
         return result.noted(f"{self.quantity} to angle by calibration, outside={outside}{said}")
@@ -223,14 +226,7 @@ def load_recording(
     numbers, columns, found = _find_channels(table)
     table.refuse_words(*(table.columns[k] for k in columns))
     lenient = bad_channels == "missing"
-    counted_from_0 = sorted(numbers) == list(range(len(numbers))) or (lenient and 0 in numbers)
-    by_hinge = not counted_from_0 and (
-        sorted(numbers) == sorted(hinges)
-        or (lenient and {*numbers} < {*hinges} and max(numbers) > len(hinges))
-    )
-    if by_hinge:
-        numbers = [sorted(hinges).index(number) + 1 for number in numbers]
-    numbers = [number + counted_from_0 for number in numbers]
+    numbers, counted_from_0 = _count_channels(numbers, hinges, lenient)
     absent = []
     if lenient and n_channels and numbers:
         absent = [n for n in range(1, n_channels + 1) if n not in numbers]
@@ -242,7 +238,7 @@ def load_recording(
     if absent:
         values = np.insert(values, [n - 1 - k for k, n in enumerate(absent)], np.nan, axis=0)
     _check_turn(table, values, kept, chosen)
-    recording = Recording(
+    return Recording(
         time=time,
         values=values,
         quantity=_QUANTITIES.get(kept, "angle"),
@@ -268,11 +264,29 @@ def load_recording(
                 if not np.array_equal(written, time)
                 else []
             ),
+            *(
+                ["columns put in the order of their hinge numbers"]
+                if not np.array_equal(order, np.arange(order.size))
+                else []
+            ),
         ),
     )
-    if not np.array_equal(order, np.arange(order.size)):
-        return recording.noted("columns put in the order of their hinge numbers")
-    return recording
+
+
+def _count_channels(
+    numbers: list[int], hinges: Sequence[int], lenient: bool
+) -> tuple[list[int], bool]:
+    """Channels counted from 1, whether they are numbered from 0, from 1, or by their hinges, and
+    whether it was from 0.
+    """
+    from_0 = sorted(numbers) == list(range(len(numbers))) or (lenient and 0 in numbers)
+    by_hinge = not from_0 and (
+        sorted(numbers) == sorted(hinges)
+        or (lenient and {*numbers} < {*hinges} and max(numbers) > len(hinges))
+    )
+    if by_hinge:
+        return [sorted(hinges).index(number) + 1 for number in numbers], False
+    return [number + from_0 for number in numbers], from_0
 
 
 def _read_beside(table: Table, n: int) -> dict[str, np.ndarray]:
@@ -543,28 +557,21 @@ def _describe_calibration(lines: SensorCalibration) -> list[str]:
     ]
 
 
-def _describe_objects(objects: list[Any]) -> list[str]:
-    return [f"object      {item.name}: {item.kind}, size {item.size:g} mm" for item in objects]
-
-
-def _describe_robot(robot: RobotFile) -> list[str]:
-    antenna = robot.antenna
-    return [
-        f"name        {antenna.name}",
-        f"hinges      {antenna.n_segments}, {antenna.length:g} mm",
-        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
-        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
-        f"calibration {robot.calibration or 'none'}",
-    ]
-
-
 ROBOT_FILES = {
     "robot": Format(
         words="robot (TOML)",
         kind="robot",
         detect=lambda path, start: is_robot_file(path),
         load=lambda path, limits, trusted: load_robot(path),
-        tell=_describe_robot,
+        tell=lambda robot: [
+            f"name        {robot.antenna.name}",
+            f"hinges      {robot.antenna.n_segments}, {robot.antenna.length:g} mm",
+            f"stiffness   {robot.antenna.stiffness[0]:g} (base) …"
+            f" {robot.antenna.stiffness[-1]:g} (tip) N·mm/rad",
+            f"damping     {robot.antenna.damping[0]:g} (base) …"
+            f" {robot.antenna.damping[-1]:g} (tip) N·mm·ms/rad",
+            f"calibration {robot.calibration or 'none'}",
+        ],
     ),
     "bench": Format(
         words="readings of a robot's sensors at known angles",
@@ -585,7 +592,9 @@ ROBOT_FILES = {
         kind="objects",
         detect=lambda path, start: b"[[object]]" in start,
         load=lambda path, limits, trusted: load_objects(path),
-        tell=_describe_objects,
+        tell=lambda objects: [
+            f"object      {item.name}: {item.kind}, size {item.size:g} mm" for item in objects
+        ],
     ),
     "recording": Format(
         words="recording of a robot",

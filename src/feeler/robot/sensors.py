@@ -169,7 +169,7 @@ class SensorCalibration(Record):
         )
         beyond = self.find_outside(capacitance)
         if outside == "refuse" and beyond.any():
-            raise InvalidInput(self._describe(capacitance, beyond))
+            raise InvalidInput(self.describe_outside(capacitance))
         if outside == "clip":
             capacitance = np.where(beyond, np.clip(capacitance, low, high), capacitance)
         angle = slope * capacitance + offset
@@ -191,7 +191,9 @@ class SensorCalibration(Record):
             return []
         return [_join(*table) for table in zip(self.readings, self.angles, strict=True)]
 
-    def _describe(self, capacitance: np.ndarray, beyond: np.ndarray) -> str:
+    def describe_outside(self, capacitance: np.ndarray) -> str:
+        """What lies outside the calibrated range, in words."""
+        beyond = self.find_outside(capacitance)
         hinge = int(np.argmax(beyond.sum(axis=1)))
         values = capacitance[hinge][beyond[hinge]]
         return (
