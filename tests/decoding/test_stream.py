@@ -262,7 +262,10 @@ def test_samples_that_waited_and_come_at_once_are_no_faster_sender():
             lambda d: d.fit([np.zeros((3, 9))] * 2, LABELS[:2]),
             "at least 2 classes with contact, got 0",
         ),
-        (lambda d: d.fit([np.full((3, 9), np.nan)], LABELS[:1]), "training touches are finite"),
+        (
+            lambda d: d.fit([np.full((3, 9), np.nan)], LABELS[:1]),
+            "with 27 entries that are not finite",
+        ),
         (
             lambda d: StreamDecoder(threshold=1.5).fit(TOUCHES, LABELS),
             r"threshold in \(0, 1\], got 1.5",

@@ -251,7 +251,7 @@ BUMPS = make_bumps()
     ("call", "message"),
     [
         (lambda: compute_sweep(BUMPS, ["a"] * 6), "only one class"),
-        (lambda: compute_sweep(BUMPS, np.arange(5)), "6 trials but labels of shape"),
+        (lambda: compute_sweep(BUMPS, np.arange(5)), "6 tensors but 5 labels; give one"),
         (
             lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)),
             "Relative.size must be ≥ 0",

@@ -247,6 +247,8 @@ def test_other_bad_input_is_refused(touches):
         make(cross_orthogonality=-1).fit(touches)
     with pytest.raises(InvalidInput, match="partial_fit and fit_stream know no cross"):
         make(cross_orthogonality=0.1).partial_fit(touches)
+    with pytest.raises(InvalidInput, match=r"do not form one array .* Crop or pad"):
+        make().fit([touches[0], touches[1][:, :-1]])
     with pytest.raises(InvalidInput, match="held_out must lie between 0 and 1"):
         select_encoder(touches, held_out=1)
     with pytest.raises(InvalidInput, match="each need one value"):

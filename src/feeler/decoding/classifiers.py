@@ -98,12 +98,17 @@ def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
     return np.array([place[label] for label in labels], dtype=int)
 
 
-def check_labels(tensors: Any, labels: Labels) -> None:
-    """Refuse labels that are not one for each tensor, or all of one class."""
+def check_counts(tensors: Any, labels: Any, what: str = "labels") -> None:
+    """Refuse labels that are not one for each tensor."""
     if len(labels) != len(tensors):
         raise InvalidInput(
-            f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
+            f"{len(tensors)} tensors but {len(labels)} {what}; give one for each."
         )
+
+
+def check_labels(tensors: Any, labels: Labels) -> None:
+    """Refuse labels that are not one for each tensor, or all of one class."""
+    check_counts(tensors, labels)
     if len(set(labels)) < 2:
         raise InvalidInput(
             "only one class: nothing to discriminate. Give at least two classes."
@@ -484,10 +489,7 @@ def measure_classifier(
     classes = list(classifier.classes_)
     if unknown := [label for label in labels if label not in classes]:
         raise InvalidInput(f"the classifier never learned the class {unknown[0]!r}.")
-    if len(labels) != len(chance):
-        raise InvalidInput(
-            f"{len(chance)} touches but {len(labels)} labels; give one for each."
-        )
+    check_counts(chance, labels)
     seen = np.isfinite(chance).all(axis=1)
     chance[~seen] = 1 / len(classes)
     true = np.array([classes.index(label) for label in labels])

@@ -15,6 +15,7 @@ from feeler.decoding.classifiers import (
     Labels,
     PrincipalComponents,
     _list_classes,
+    check_counts,
     check_labels,
     count_until,
     number_labels,
@@ -63,7 +64,7 @@ class _Told(Classifier):
     knows_noise = True
     sd_: np.ndarray
 
-    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
+    def __init__(self, noise: float | str | Noise = "relative:0.1") -> None:
         self.noise = noise
 
     def _learn(self, X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
@@ -328,12 +329,8 @@ class StudentTClassifier(Classifier):
         together. ``unknown`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed), looked at for as long as the others last.
         """
-        X = np.asarray(stack_planes(X), dtype=float)
-        if len(X) != len(y) or not np.isfinite(X).all():
-            raise InvalidInput(
-                f"clouds need whole tensors and a label for each; got {len(X)} tensors,"
-                f" {len(y)} labels."
-            )
+        X = check_tensors(X, least=1)
+        check_counts(X, y)
         owners = np.asarray(groups if groups is not None else np.arange(len(X)))
         shown = None
         if unknown is not None:

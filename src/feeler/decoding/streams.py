@@ -849,7 +849,8 @@ class StreamDecoder(Classifier):
         """
         if touch.ndim != 2 or not np.isfinite(touch).all():
             raise InvalidInput(
-                f"training touches are finite (sensor, time), got shape {touch.shape} or NaN in it."
+                f"training touches must be (sensor, time) without NaN, got shape {touch.shape}"
+                f" with {np.count_nonzero(~np.isfinite(touch))} entries that are not finite."
             )
         finder = OnsetFinder(self.onset, self.confirm, touch.shape[0])
         found = next((k for k in range(touch.shape[1]) if finder.see(touch[:, k])), None)

@@ -17,6 +17,8 @@ from feeler.decoding.classifiers import (
     Classifier,
     Labels,
     PrincipalComponents,
+    check_counts,
+    check_labels,
     fit_lda,
     make_lda,
     project,
@@ -469,18 +471,14 @@ def compute_sweep(
 def _check_sets(
     codes, labels, held_out
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    train, labels = _check_labels(check_tensors(codes, least=1), labels)
+    train, labels = check_tensors(codes, least=1), read_labels(labels)
+    check_labels(train, labels)
     if not train.any():
         raise InvalidInput("all codes are 0: nothing to classify. Did any contact take place?")
-    if np.unique(labels).size < 2:
-        raise InvalidInput(
-            f"only one class ({labels[0]!r}): nothing to discriminate. Give at least two classes."
-        )
-    test, test_labels = (
-        (train, labels)
-        if held_out is None
-        else _check_labels(check_tensors(held_out[0], least=1), held_out[1])
-    )
+    test, test_labels = train, labels
+    if held_out is not None:
+        test, test_labels = check_tensors(held_out[0], least=1), read_labels(held_out[1])
+        check_counts(test, test_labels)
     for values in (train, test):
         check_squares(values, "codes")
     if test.shape[1:] != train.shape[1:]:
@@ -492,15 +490,6 @@ def _check_sets(
             f"held-out classes {', '.join(map(str, unknown))} do not occur in training."
         )
     return train, labels, test, test_labels
-
-
-def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.ndarray]:
-    found = read_labels(labels)
-    if found.shape != (len(codes),):
-        raise InvalidInput(
-            f"{len(codes)} trials but labels of shape {found.shape}; give one label per trial."
-        )
-    return codes, found
 
 
 class _Copies:
@@ -635,10 +624,8 @@ def compute_left_out(
         Of ``compute_sweep``.
     """
     codes, named = check_tensors(codes, least=1), read_labels(labels)
-    if len(labels) != len(codes) or len(groups) != len(codes):
-        raise InvalidInput(
-            f"{len(codes)} trials, {len(labels)} labels, {len(groups)} groups; they must match."
-        )
+    check_counts(codes, labels)
+    check_counts(codes, groups, "groups")
     return {
         name: compute_sweep(
             codes[train], named[train], held_out=(codes[test], named[test]), **options
@@ -678,10 +665,7 @@ def compute_jittered(
         Of ``compute_sweep``.
     """
     named = read_labels(labels)
-    if len(trials) != len(named):
-        raise InvalidInput(
-            f"{len(trials)} trials but {len(named)} labels; give one label per trial."
-        )
+    check_counts(trials, named)
     rng = np.random.default_rng(random_state)
     jittered = Nuisances.only(location=location, speed=speed).jitter(trials, rng, n_each)
     held_out = (simulate(jittered), np.tile(named, n_each))

@@ -72,7 +72,13 @@ def read_tensors(X: Any, mask: Any = None) -> tuple[np.ndarray, np.ndarray | Non
     X = stack_planes(X)
     dims = find_dims(X)
     own = np.ma.getmask(X) if isinstance(X, np.ma.MaskedArray) else np.ma.nomask
-    tensors = np.ma.getdata(_order(X, dims))
+    try:
+        tensors = np.ma.getdata(_order(X, dims))
+    except ValueError as error:
+        raise InvalidInput(
+            "The tensors do not form one array (trial, sensor, time): they must all have the same"
+            " numbers of sensors and samples. Crop or pad them."
+        ) from error
     if tensors.dtype.kind not in "fiub":
         raise InvalidInput(f"The tensors need numbers; got an array of {tensors.dtype}.")
     if tensors.ndim != 3:
