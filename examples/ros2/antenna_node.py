@@ -8,26 +8,37 @@ import sys
 
 import numpy as np
 
+from feeler.errors import InvalidInput
 from feeler.robot import RobotDecoder
 from feeler.tensors.bags import choose_names
 
 
 class Feeler:
-    """The part without ROS: joints by name and a time [ms] in, an answer out if it is new."""
+    """The part without ROS: joints by name and a time [ms] in, an answer out if it is new.
+
+    A message without all of the antenna's joints is of another publisher, and gives none.
+    """
 
     def __init__(self, path):
         decoder = RobotDecoder.load(path)
-        self.joints, self.touch, self.last = decoder.joints or ("*",), decoder.start(), None
+        self.joints, self.n = decoder.joints or ("*",), decoder.antenna.sensors.size
+        self.touch, self.last = decoder.start(), None
 
     def take(self, names, position, time):
-        wanted = choose_names(list(names), self.joints)
+        try:
+            wanted = choose_names(list(names), self.joints)
+        except InvalidInput:  # of another publisher
+            return None
+        if len(wanted) != self.n:
+            return None
         angle = [position[list(names).index(name)] for name in wanted]
         state = self.touch.update(np.array(angle), time)
         found = {"state": state.state, "touch": state.label, "unlike_all": bool(state.strange)}
         if state.state == "over":
             self.touch.begin()
         new, self.last = found != self.last, found
-        return {**found, "probability": round(float(state.probability), 3)} if new else None
+        sure = float(state.probability)  # not a number before contact, which JSON does not know
+        return {**found, "probability": round(sure, 3) if sure == sure else None} if new else None
 
 
 def main():

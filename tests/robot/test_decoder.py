@@ -235,6 +235,7 @@ def test_the_ros_node_s_own_part_answers_by_names(file, touched):
     order, said = np.random.default_rng(0).permutation(8), []
     for at, values in zip(recording.time, recording.values.T, strict=True):
         state = live.update(values, at)
+        assert node.take(["wheel", "arm"], [9.0, 0.1], 5e8 + at) is None  # another publisher
         found = node.take(
             ["wheel", *(names[k] for k in order)], [9.0, *values[order]], 5e8 + at
         )
@@ -244,6 +245,7 @@ def test_the_ros_node_s_own_part_answers_by_names(file, touched):
             assert tuple(found[key] for key in ("state", "touch", "unlike_all")) == expected
     assert said[0]["state"] == "waiting" and said[-1]["touch"] is not None
     assert len(said) < 40  # only what is new
+    json.dumps(said, allow_nan=False)
 
 
 def send(lines, pause=0.0):

@@ -77,9 +77,12 @@ def stream(
         bool, typer.Option("--repeat", help="go on with the next touch, until Ctrl-C")
     ] = False,
     threshold: Annotated[
-        float, typer.Option(help="posterior at which the answer counts as decided")
+        float,
+        typer.Option(min=0.0, max=1.0, help="posterior at which the answer counts as decided"),
     ] = 0.9,
-    every: Annotated[int, typer.Option(help="print every so many ms after contact")] = 50,
+    every: Annotated[
+        int, typer.Option(min=1, help="print every so many ms after contact")
+    ] = 50,
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
