@@ -112,15 +112,12 @@ def _score(
         f"version {VERSION} of the task, {len({*task.labels})} families, test objects unknown"
     )
     for noise in noises or NOISES:
+        scores = {name: task.score(make, noise) for name, make in makers.items()}
+        scores |= task.score_known(noise) if known else {}
         rows = [
-            {"method": name, "by": by, "version": VERSION, **task.score(make, noise)}
-            for name, make in makers.items()
+            {"method": name, "by": by, "version": VERSION, **row}
+            for name, row in scores.items()
         ]
-        if known:
-            rows += [
-                {"method": name, "by": by, "version": VERSION, **row}
-                for name, row in task.score_known(noise).items()
-            ]
         for row in rows:
             typer.echo(
                 f"{noise:9} {row['method']:34} {row['accuracy']:6.1%}"
