@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -529,10 +529,6 @@ def _describe_calibration(lines: SensorCalibration) -> list[str]:
     ]
 
 
-def _describe_objects(objects: list[Any]) -> list[str]:
-    return [f"object      {item.name}: {item.kind}, size {item.size:g} mm" for item in objects]
-
-
 def _describe_robot(robot: RobotFile) -> list[str]:
     antenna = robot.antenna
     return [
@@ -571,7 +567,9 @@ ROBOT_FILES = {
         kind="objects",
         detect=lambda path, start: b"[[object]]" in start,
         load=lambda path, limits, trusted: load_objects(path),
-        tell=_describe_objects,
+        tell=lambda objects: [
+            f"object      {item.name}: {item.kind}, size {item.size:g} mm" for item in objects
+        ],
     ),
     "recording": Format(
         words="recording of a robot",

@@ -319,7 +319,8 @@ class _TouchStream(Stream):
     def reset(self) -> None:
         """Forget the touch and wait for the next contact."""
         super().reset()
-        self.posterior, self.side = _know_nothing(), 0.0
+        self.side = 0.0
+        self.posterior = np.append(np.full(len(KINDS), 1 / len(KINDS)), 0.0)  # outside, last
         self.size, self.outside = 0.0, False
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
@@ -366,11 +367,6 @@ def _unpack_templates(packed: Mapping[str, Any]) -> np.ndarray:
     series = idct(cosines, norm="ortho", axis=2)
     patterns = shares.reshape(rank, n_sensors) / 32767
     return np.einsum("ms,mnt->nst", patterns, series, optimize=True).astype(np.float32)
-
-
-def _know_nothing() -> np.ndarray:
-    """The posterior before contact (answer,)."""
-    return np.append(np.full(len(KINDS), 1 / len(KINDS)), 0.0)
 
 
 def _find_side(away: np.ndarray) -> float:

@@ -173,13 +173,6 @@ def _touch_in_space(wish: TouchRequest) -> xr.Dataset:
     )
 
 
-def _fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
-    """The tensor (sensor, time) of angles (plane, segment, time): the sensors of one plane after
-    those of the other.
-    """
-    return angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])
-
-
 # A body that follows a wall, sent while it runs.
 
 _PIECE = 20  # periods of 1 ms
@@ -376,7 +369,8 @@ class Session:
         scene = describe_turnable(antenna, wish.make_trial(), tensors)
         piece = {"part": "piece", "first": 0, "scene": scene}
         self._say({**about, **piece}, angle=np.moveaxis(angle, 2, 0))
-        end = {"part": "end", "hash": hash_tensor(_fold_sensors(antenna, angle))}
+        tensor = angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])  # plane by plane
+        end = {"part": "end", "hash": hash_tensor(tensor)}
         mode = {} if wish.preview else {"mode": describe_mode(antenna)}
         self._say({**about, **end, "preview": wish.preview, **mode})
 
