@@ -40,7 +40,7 @@ def _leave_out_errors(
 
     Left out are frames in which the two tips, or head and abdomen, have exchanged their places
     (both jump to where the other one was), tips that lie farther from their base than 1.5 antenna
-    lengths, single frames off the smooth path of their landmark, and excursions: a jump of more
+    lengths, places off the smooth path of their landmark, and excursions: a jump of more
     than the antenna's (body's) length, or faster than 5000 °/s, and a jump back within 1 s. A jump
     also has to be 8 times what is usual in the frames around it, so that a whisk that is filmed
     slowly is none.
