@@ -104,7 +104,7 @@ def _stamp_code(module: str) -> str:
         found[name] = source
         for home, *lists in _IMPORT.findall(source):
             for word in re.findall(r"\w+", "".join(lists)):
-                if _is_compiled(home) or word.isupper():
+                if "from feeler.compiled import" in _read_source(home) or word.isupper():
                     names.append(home)
                 names += [f"{home}.{word}"] if _read_source(f"{home}.{word}") else []
     text = "\n".join(f"{name}\n{found[name]}" for name in sorted(found))
@@ -119,10 +119,6 @@ def _read_source(module: str) -> str:
     if package != "feeler":
         file = Path(getattr(sys.modules.get(module), "__file__", None) or "")
     return file.read_text(encoding="utf-8") if file.suffix == ".py" and file.is_file() else ""
-
-
-def _is_compiled(module: str) -> bool:
-    return "from feeler.compiled import" in _read_source(module)
 
 
 @cache

@@ -501,7 +501,12 @@ def run_with_error(
         errors |= {i: margin * float(gap.max()) for i, gap in gaps.items()}
         todo = {i: todo[i] for i, gap in gaps.items() if not gap.max() <= most}
         for i in todo:
-            if _is_known_later(scenes[i]):
+            scene = scenes[
+                i
+            ]  # of which angles, their rates and a time may be all there is to know
+            if not (
+                scene.antenna.spatial or scene.guided or any(o.turn for o in scene.objects)
+            ):
                 starts[i] = every * max(int(np.argmax(gaps[i] > _TOGETHER * _CLEAR)) - 1, 0)
     return [
         replace(result, error=errors[i]) if isinstance(result, Motion) else result
@@ -544,11 +549,6 @@ def _find_end(scene: Scene, motion: Motion, clock: Clock) -> int:
         return clock.n_samples
     rest = int(np.ceil(_AFTER / clock.sample_interval))
     return min(clock.n_samples, int(touching[-1]) + 1 + rest)
-
-
-def _is_known_later(scene: Scene) -> bool:
-    """Whether angles, their rates and a time are all that a scene's future depends on."""
-    return not (scene.antenna.spatial or scene.guided or any(o.turn for o in scene.objects))
 
 
 def _begin_at(scene: Scene, motion: Motion, sample: int) -> Scene:

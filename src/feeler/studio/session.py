@@ -368,8 +368,7 @@ class Session:
         scene = describe_turnable(antenna, wish.make_trial(), tensors)
         piece = {"part": "piece", "first": 0, "scene": scene}
         self._say({**about, **piece}, angle=np.moveaxis(angle, 2, 0))
-        # (sensor, time): the sensors of one plane after those of the other
-        tensor = angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])
+        tensor = angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])  # plane by plane
         end = {"part": "end", "hash": hash_tensor(tensor)}
         mode = {} if wish.preview else {"mode": describe_mode(antenna)}
         self._say({**about, **end, "preview": wish.preview, **mode})

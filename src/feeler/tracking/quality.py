@@ -1,6 +1,5 @@
 """Implausible landmarks noticed from geometry and speed; and made-up tracks with a known answer."""
 
-from itertools import permutations
 from typing import Annotated
 
 import numpy as np
@@ -17,12 +16,12 @@ from feeler.validation import checked
 
 # [C] shares of a length: the antenna's for its tip, the body's for head and abdomen
 _MAX_REACH = 1.5  # tip to base, over the 90th percentile
-_SPIKE = 0.1  # one frame off the curve through its neighbours
+_SPIKE = 0.1  # a place off the curve through its neighbours
 _EXCHANGED = 0.5  # shortening of both landmarks' paths if their names are exchanged
 _JUMP = (0.25, 1.0)  # least and largest step that counts as a jump
 _MAX_SPEED = np.deg2rad(5.0)  # [C] rad/ms; no antenna or whisker is as fast as 5000 °/s
 _TIMES = 8.0  # [C] over what is usual in the neighbourhood
-_TIMES_LARGEST = 2.5  # [C] over what is largest there, for one frame
+_TIMES_LARGEST = 2.5  # [C] over what is usual there of the median, and of how paths turn
 _NEAR = 8  # [C] frames of a neighbourhood, before and after
 STRAY = ("jumps", "too far from its base")  # what single places are left out for
 _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
@@ -41,7 +40,7 @@ def _leave_out_errors(
 
     Left out are frames in which the two tips, or head and abdomen, have exchanged their places
     (both jump to where the other one was), tips that lie farther from their base than 1.5 antenna
-    lengths, single frames off the smooth path of their landmark, and excursions: a jump of more
+    lengths, places off the smooth path of their landmark, and excursions: a jump of more
     than the antenna's (body's) length, or faster than 5000 °/s, and a jump back within 1 s. A jump
     also has to be 8 times what is usual in the frames around it, so that a whisk that is filmed
     slowly is none.
@@ -156,9 +155,7 @@ def _find_jumps(place: np.ndarray, length: float, interval: float) -> np.ndarray
         path = place[seen]
         new = _find_strays(path, seen, length)
         if not new.any():
-            new = _find_excursions(path, seen, length, interval) | _find_spikes(
-                path, seen, length
-            )
+            new = _find_excursions(path, seen, length, interval)
         if not new.any():
             break
         wrong[seen[new]] = True
@@ -176,8 +173,13 @@ def _find_strays(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarr
         return odd & False
     kept, others = frame[~odd], path[~odd]
     away = np.linalg.norm(path - CubicSpline(kept, others)(frame), axis=1)
-    usual = percentile_filter(_measure_off(others, kept), 70, size=2 * _NEAR + 1)
-    return odd & (away > _SPIKE * length) & (away > _TIMES * np.interp(frame, kept, usual))
+    turn = np.linalg.norm(
+        np.diff(others, 2, axis=0, prepend=others[:1], append=others[-1:]), axis=1
+    )
+    usual = percentile_filter(turn, 70, size=2 * _NEAR + 1)
+    return (
+        odd & (away > _SPIKE * length) & (away > _TIMES_LARGEST * np.interp(frame, kept, usual))
+    )
 
 
 def _find_excursions(
@@ -204,33 +206,6 @@ def _find_excursions(
         elif k > last - 2:
             wrong[k:] = True
     return wrong
-
-
-def _find_spikes(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarray:
-    """Whether a place (row, axis), seen in ``frame`` (row,), lies off the cubic through two places
-    before and two after.
-    """
-    off = _measure_off(path, frame)
-    beside = np.max([np.roll(off, k) for k in (-2, -1, 1, 2)], axis=0)
-    away = [k for k in range(-_NEAR, _NEAR + 1) if abs(k) > 2]
-    others = np.max([np.roll(off, k) for k in away], axis=0)
-    odd = (off > _TIMES * _find_usual(off)) | (off > _TIMES_LARGEST * others)
-    return (off > _SPIKE * length) & odd & (off > beside)
-
-
-def _measure_off(path: np.ndarray, frame: np.ndarray) -> np.ndarray:
-    """How far each place (row, axis) lies from the cubic through two before and two after; 0 across
-    a gap.
-    """
-    offset = np.stack([np.roll(frame, -k) - frame for k in (-2, -1, 1, 2)])[:, 2:-2]
-    weight = np.ones(offset.shape)  # Lagrange's, at the frame itself
-    for j, k in permutations(range(4), 2):
-        weight[j] *= -offset[k] / (offset[j] - offset[k])
-    around = np.stack([path[:-4], path[1:-3], path[3:-1], path[4:]])
-    off = np.zeros(len(path))
-    off[2:-2] = np.linalg.norm(path[2:-2] - np.sum(weight[:, :, None] * around, axis=0), axis=1)
-    off[2:-2][offset[3] - offset[0] > _NEAR] = 0.0
-    return off
 
 
 def _find_usual(values: np.ndarray) -> np.ndarray:
