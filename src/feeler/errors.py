@@ -180,7 +180,7 @@ class MissingDependencyError(FeelerError, ImportError):
 
 def suggest(word: object, valid: Iterable[str]) -> str:
     """`` Did you mean '…'?`` of the nearest valid word, or nothing where none is near."""
-    near = get_close_matches(str(word), list(valid), n=1, cutoff=0.7)
+    near = get_close_matches(str(word), list(valid), n=1)
     return f" Did you mean {near[0]!r}?" if near else ""
 
 

@@ -80,7 +80,7 @@ def test_a_part_at_fault_stops_no_other(example, tmp_path):
     )
     study = study_animal(plan)
     assert {*study.problems} == {f"release_c{k}.csv" for k in (1, 2, 3, 4)}
-    assert "no landmark 'p4O'; did you mean p40" in study.problems["release_c1.csv"]
+    assert "no landmark 'p4O'. Did you mean 'p40'" in study.problems["release_c1.csv"]
     assert study.antenna is not None and study.fit.names == ("stiffness",)
     done = run("animal", "animal.toml", "--out", "out", cwd=plan.parent)
     assert done.returncode == 1 and "problem with release_c1.csv" in done.stdout

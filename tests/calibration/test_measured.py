@@ -128,7 +128,7 @@ def test_what_was_filled_in_does_not_count(tmp_path):
 @pytest.mark.parametrize(
     ("points", "match"),
     [
-        (["base", "tipp"], "no landmark 'tipp'; did you mean tip"),
+        (["base", "tipp"], "no landmark 'tipp'. Did you mean 'tip'"),
         (["tip", "base"], r"tip moves more than base.*Give base,tip"),
         (["base", "tip", "mid"], "points must go from base to tip"),
         (["base", "tip@1.4"], "a fraction of the length, from 0 to 1"),

@@ -2,7 +2,6 @@
 segments under the microscope and force against deflection.
 """
 
-import difflib
 import re
 import warnings
 from collections.abc import Iterable, Sequence
@@ -19,7 +18,7 @@ from feeler.antenna.files import BEAM_UNITS
 from feeler.antenna.segments import Antenna
 from feeler.calibration.problem import Protocol
 from feeler.calibration.traces import MAX_GAP, Traces, _cut_at_release, bridge, find_rest
-from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning
+from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning, suggest
 from feeler.experiments.mechanics import hold
 from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.records import Ge, Gt, Len, Record, Shown, Unit
@@ -561,14 +560,11 @@ def _read_place(point: str) -> float | None:
 
 
 def _require_landmark(tracks: Tracks, name: str) -> None:
-    """Raise InvalidInput, with the nearest names, where the tracks have no such landmark."""
-    if name in tracks.landmarks:
-        return
-    near = difflib.get_close_matches(name, tracks.landmarks, n=2, cutoff=0.5)
-    words = f"did you mean {' or '.join(near)}?" if near else "choose one of these."
-    raise InvalidInput(
-        f"no landmark {name!r}; {words} There are {', '.join(tracks.landmarks[:24])}."
-    )
+    if name not in tracks.landmarks:
+        near = suggest(name, tracks.landmarks)
+        raise InvalidInput(
+            f"no landmark {name!r}.{near} There are {', '.join(tracks.landmarks[:24])}."
+        )
 
 
 @checked

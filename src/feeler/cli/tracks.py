@@ -39,7 +39,7 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Json, list_options, say, say_in_shell, say_json
-from feeler.errors import InvalidInput, ModelValidityWarning
+from feeler.errors import InvalidInput, ModelValidityWarning, suggest
 
 _SIDES = ("left", "right")
 
@@ -670,9 +670,8 @@ def _check_tips(tips: tuple[str, str], trials: list) -> None:
     for trial in trials:
         seen = [tip in trial.landmarks for tip in tips]
         if all(tips) and sum(seen) == 1:
-            alone = f"{tips[0]}," if seen[0] else f",{tips[1]}"
-            missing = tips[1] if seen[0] else tips[0]
+            there, missing = tips if seen[0] else tips[::-1]
             raise InvalidInput(
-                f"no landmark {missing!r}; the tracks hold {', '.join(trial.landmarks)}. To"
-                f" measure one antenna alone: --tips {alone}"
+                f"no landmark {missing!r}; the tracks hold {', '.join(trial.landmarks)}."
+                f"{suggest(missing, trial.landmarks)} To measure one antenna alone: --tips {there}"
             )
