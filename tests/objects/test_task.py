@@ -186,7 +186,7 @@ def test_a_task_is_equal_to_that_of_its_plain_data_and_of_its_file(changes, tmp_
         (lambda: Task(noise="pink"), "unknown noise model 'pink'; valid: relative, common"),
         (lambda: Task(noise="relative:-1"), "Relative.size must be ≥ 0"),
         (lambda: Task(noise="relative:0.1,per=vector"), "noise 'relative' has no 'per'"),
-        (lambda: Task(noise=Common), "noise must be text"),
+        (lambda: Task(noise=Common), "noise must be a standard deviation such as 0.1, a text"),
         (lambda: Task(seeds={"train": 1, "test": 1}), "seeds .* must differ"),
         (lambda: Task(nuisances={"colour": 1.0}), "Nuisances has no 'colour'; valid: location"),
         (lambda: Task(nuisances={"size": -0.1}), "Nuisances.size must be finite and ≥ 0"),
