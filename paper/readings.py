@@ -524,10 +524,12 @@ def _describe_effect(sentence: Sentence, main: SimpleNamespace) -> str:
 
 def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespace]:
     """Readings, in order: choices, spreads by group, whether they agree."""
+    parts: dict[str, list[dict[Any, Any]]] = {}
+    for row in rows.to_dict("records"):
+        parts.setdefault(row["reading"], []).append(row)
     found = []
-    for _, part in rows.groupby("reading", sort=False):
-        first = part.iloc[0]
-        by_group = part.set_index("group")
+    for part in parts.values():
+        first, by_group = part[0], {row["group"]: row for row in part}
         found.append(
             SimpleNamespace(
                 chosen=first["choices"],
@@ -536,10 +538,10 @@ def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespac
                 agrees=None if np.isnan(first["agrees"]) else bool(first["agrees"]),
                 identical=bool(first["identical"]),
                 share=float(first["share"]),
-                n=int(part["n"].min()),
-                defined=bool(np.isfinite(part["value"]).all()),
+                n=int(min(row["n"] for row in part)),
+                defined=all(np.isfinite(row["value"]) for row in part),
                 spreads=[
-                    tuple(by_group.loc[group, ["value", "low", "high"]].astype(float))
+                    tuple(float(by_group[group][end]) for end in ("value", "low", "high"))
                     for group in sentence.groups
                 ],
             )

@@ -2,6 +2,7 @@
 answer.
 """
 
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -150,6 +151,7 @@ STAGES = (
     ),
 )
 
+_OFTEN = 30.0  # s between two pages while sections are made
 _SAID: set[str] = set()  # kinds of warning that this process has printed
 _COCKROACH_ONLY = (
     *("calibration", "receptor", "amplitude", "design"),
@@ -166,8 +168,8 @@ def reproduce(
     Stages run side by side in ``context.workers`` processes (default one per core); the numbers do
     not depend on it. ``report(title, section)`` is called when a stage starts (section None) and
     when its section is there. What this scale does not compute is shown from the kept run; as long
-    as a section is being made its kept one stands on the page, which is written anew with each
-    that is finished. For another antenna the sections that speak of the animal's or the robot's
+    as a section is being made its kept one stands on the page, which is written anew at most
+    every half minute. For another antenna the sections that speak of the animal's or the robot's
     own data are left out, with a word why.
     """
     context.out.mkdir(parents=True, exist_ok=True)
@@ -185,10 +187,12 @@ def reproduce(
     waiting = {s.name: replace(shipped[s.name], waits=True) for s in todo if s.name in shipped}
     if todo:
         _write_meanwhile(context, waiting | made)
+    written = time.monotonic()
     for section in _run_stages(todo, context, report):
         made[section.name] = section
-        if len(made) < len(STAGES):
+        if len(made) < len(STAGES) and time.monotonic() > written + _OFTEN:
             _write_meanwhile(context, waiting | made)
+            written = time.monotonic()
     ordered = [made[stage.name] for stage in STAGES]
     if context.inputs:
         ordered.append(inputs.make_section(context.inputs, context))
@@ -226,7 +230,7 @@ def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iter
 
     failed = []
     with ProcessExecutor(workers) as executor:
-        for outcome in run_batch(_run_task, tasks(), executor=executor, window=workers):
+        for outcome in run_batch(_run_task, tasks(), executor=executor, window=workers + 1):
             if outcome.error:
                 failed.append(outcome.error)
             else:
