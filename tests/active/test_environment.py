@@ -165,6 +165,7 @@ def test_to_know_the_place_costs_nothing_and_its_mean_costs_one():
     assert task.compute_loss(mean, place).mean() == pytest.approx(1)
 
 
+@pytest.mark.long
 def test_a_body_that_runs_into_the_wall_has_come_to_its_end():
     one = TouchEnv(FollowTask())
     _, info = one.reset(seed=2)

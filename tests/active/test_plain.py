@@ -111,6 +111,7 @@ def test_contacts_beyond_the_model_are_named_in_info_and_warned_of_once():
     assert counts[1] == (0, [])
 
 
+@pytest.mark.long
 def test_stable_baselines3_takes_the_lanes():
     pytest.importorskip("stable_baselines3")
     from stable_baselines3 import PPO

@@ -117,6 +117,7 @@ def test_plans_that_are_none_say_where(example, tmp_path, change, match):
         load_animal(plan)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "match"),
     [

@@ -86,6 +86,7 @@ def test_a_tracked_release_is_the_trace_across_the_antenna(tmp_path, turn, gap):
     np.testing.assert_allclose(fitted.p, [*PLANTED.values()], rtol=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [None, 8.0])
 def test_how_far_it_was_held_aside_is_taken_from_the_film(tmp_path, scale):
     """Without it a large deflection is fitted as a stiffness that changes along the antenna."""
@@ -293,6 +294,7 @@ def measure(antenna, seed):
     )
 
 
+@pytest.mark.long
 def test_one_fit_over_force_release_and_impulse_finds_the_hidden_animal():
     hidden = {
         "stiffness": 1.4,

@@ -138,6 +138,7 @@ ASKED = ("reproduce", "--scale", "huge")
 REFUSED = "valid: smoke, quick, published, paper"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("command", "inside"),
     [(("feeler", *ASKED), True), (("feeler", *ASKED), False), (("paper", *ASKED[1:]), True)],

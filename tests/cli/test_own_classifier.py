@@ -103,6 +103,7 @@ def test_anything_with_fit_and_predict_answers_as_scikit_learn_s_own_of_tables(o
         CLASSIFIERS[name_classifier(f"{own}:number")]()
 
 
+@pytest.mark.long
 def test_tradeoff_asks_it(own, tmp_path):
     own.write_text(NEAREST)
     words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--classifier", f"{own}:bayes", "--json"]

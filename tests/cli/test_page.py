@@ -93,6 +93,7 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
     assert "pip install 'feeler[robot]'" in str(found.exception)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("command", "page"), [("touch", "touch.html"), ("spikes", "spikes.html")]
 )

@@ -186,6 +186,7 @@ def test_single_precision_stays_single(data):
     )
 
 
+@pytest.mark.long
 def test_n_jobs_counts_as_scikit_learn_s_and_changes_no_number(data):
     X, _ = data
     one = clone(ENCODER).fit(X)

@@ -177,6 +177,7 @@ def test_what_is_refused_leaves_the_encoder_as_it_was():
     assert vars(model) == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("learn", ["fit", "fit_stream", "partial_fit"])
 @pytest.mark.parametrize("kept", ["pickle", "save, load"])
 def test_however_it_learned_it_shows_itself_in_a_notebook(learn, kept, tmp_path):
@@ -297,6 +298,7 @@ print(*sorted(sys.modules))
 """
 
 
+@pytest.mark.long
 def test_the_encoder_loads_no_physics_no_store_and_no_pictures():
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True

@@ -120,6 +120,7 @@ def test_objects_that_are_replaced_by_themselves_change_nothing(engine, speed, t
     assert one.time == 0 and one.place[0] == pytest.approx(ball.place)
 
 
+@pytest.mark.long
 def test_whiskers_of_different_lengths_in_space_on_one_head():
     rods = {n: feeler.presets.make_preset("rat-whisker").replace(name=n) for n in ("A", "B")}
     mounts = {"A": (0, 0, 0, 0, 0, 0), "B": (0, 0, 4.0, 0, 0, 0)}

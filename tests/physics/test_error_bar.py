@@ -170,6 +170,7 @@ def test_every_clock_has_an_error(timestep, sample_interval):
     assert float(own["error"][0]) > 0.6 * float(gap) > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["chain", "mujoco"])
 def test_every_engine_has_one(engine):
     antenna = feeler.presets.cockroach()

@@ -63,6 +63,7 @@ def test_an_old_name_in_a_package_is_the_new_one_and_says_so(module):
         _ = home.tuoch
 
 
+@pytest.mark.long
 def test_a_touch_loads_no_store_and_no_page():
     code = (
         "import sys; blocked = 'zarr numcodecs h5netcdf filelock pebble safetensors mujoco'\n"

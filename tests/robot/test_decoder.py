@@ -168,6 +168,7 @@ def test_the_commands_take_a_decoder_and_refuse_what_is_not_its(file, touched, t
     assert theirs.exit_code != 0 and "touch.csv to 'yours'" in str(theirs.exception)
 
 
+@pytest.mark.long
 def test_without_a_file_a_decoder_is_kept_for_the_next_time(touched, tmp_path, monkeypatch):
     monkeypatch.setenv("FEELER_CACHE", str(tmp_path / "cache"))
     save_recording(touched[0][0], tmp_path / "touch.csv")
@@ -302,6 +303,7 @@ def test_a_silent_port_ends_with_one_line(file):
     assert re.search(rf"no sample came from {port} in 0\.2 s", str(done.exception))
 
 
+@pytest.mark.long
 def test_a_board_that_was_unplugged_is_waited_for(tmp_path):
     """Lines before and after; one that is gone for longer than the timeout is said."""
     link, port = tmp_path / "port", "port"

@@ -224,6 +224,7 @@ def write(recording, factor=1.0):
     ]
 
 
+@pytest.mark.long
 def test_the_command_skips_what_is_no_sample_and_says_so_while_it_listens(run, trained):
     lines = write(trained[2][0].recordings[1])
     sound = run("\n".join(lines), "--json")
@@ -272,6 +273,7 @@ def test_the_command_takes_a_unit_and_refuses_what_none_of_its_lines_can_be(run,
     assert timed["whole"]["probability"] == pytest.approx(plain["whole"]["probability"], 1e-3)
 
 
+@pytest.mark.long
 def test_what_a_board_sends_during_training_waits(monkeypatch):
     ours, theirs = pty.openpty()
     link = Link(3)

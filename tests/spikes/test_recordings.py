@@ -72,6 +72,7 @@ def write_nwb(folder):
     return folder / "own.nwb"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("write", [write_csv, write_words, write_phy, write_nwb])
 def test_every_format_holds_the_same_trains(tmp_path, write):
     found = read_trains(write(tmp_path))
@@ -80,6 +81,7 @@ def test_every_format_holds_the_same_trains(tmp_path, write):
         np.testing.assert_allclose(train, TRAINS[name.lstrip("n")], atol=1e-6)
 
 
+@pytest.mark.long
 def test_the_trials_of_an_nwb_file_and_a_table_of_onsets_are_the_same(tmp_path):
     np.testing.assert_allclose(read_onsets(write_nwb(tmp_path)), ONSETS)
     path = tmp_path / "on.csv"
@@ -189,6 +191,7 @@ def make_touches(angle):
     )
 
 
+@pytest.mark.long
 def test_planted_gain_and_threshold_lie_within_their_intervals():
     """Ramps and holds of many sizes, drawn from the model itself; several seeds."""
     time = np.arange(400.0)

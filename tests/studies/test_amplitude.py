@@ -138,6 +138,7 @@ def test_what_is_planted_is_counted():
     assert gain["value"] == pytest.approx(20.0, abs=3.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("statement", OWN, ids=lambda one: one.id)
 def test_no_rule_is_met_by_planted_nothing(statement):
     for seed in range(3):

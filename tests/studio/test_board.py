@@ -138,6 +138,7 @@ def test_what_is_wrong_with_a_board_is_said(lines, words):
     assert re.search(words, error), error
 
 
+@pytest.mark.long
 def test_touches_are_judged_one_after_the_other_as_each_alone(studied):
     first, second = studied.tensors[0].T, studied.tensors[25].T
     rest = np.zeros((300, 8))

@@ -45,6 +45,7 @@ def trained():
     return decoder, range_, scores, simulate(WISH.make(), touches), kinds
 
 
+@pytest.mark.long
 def test_a_touch_sample_by_sample_is_read_as_the_whole_of_it(trained):
     decoder, *_, angle, _ = trained
     for touch in angle[:6]:
@@ -203,6 +204,7 @@ def test_two_hundred_random_touches(preset, speed):
     assert np.mean(last[:, 3]) <= 0.05
 
 
+@pytest.mark.long
 def test_a_decoder_that_comes_with_the_studio_holds_what_it_says_on_touches_of_its_own():
     antenna, speed = make_preset("exponential"), 0.06
     decoder, trained, scores = study.find_trained(antenna, speed)
