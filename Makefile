@@ -37,7 +37,7 @@ $(BIN)/.docs: $(BIN)/.core
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=quick|published|paper)
 	@$(BIN)/python -m paper --scale $(SCALE)
 
-test: $(BIN)/.test  ## the default tests (some five minutes on two cores)
+test: $(BIN)/.test  ## the default tests (some three minutes on two cores)
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
 
 test-long: $(BIN)/.test  ## the others: browsers, damaged files, the engine in space, what takes seconds; CI runs them after the default ones
