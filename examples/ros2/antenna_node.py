@@ -38,7 +38,9 @@ class Feeler:
             self.touch.begin()
         new, self.last = found != self.last, found
         sure = float(state.probability)  # not a number before contact, which JSON does not know
-        return {**found, "probability": round(sure, 3) if sure == sure else None} if new else None
+        return (
+            {**found, "probability": round(sure, 3) if sure == sure else None} if new else None
+        )
 
 
 def main():
