@@ -68,6 +68,21 @@ def test_a_touch_is_the_one_that_was_asked_for(monkeypatch, tmp_path, way):
     assert {name: told[name] for name in (*WORK, *kept)} == {**WORK, **kept}
 
 
+def test_an_outline_is_touched_by_whoever_names_its_file(monkeypatch, tmp_path):
+    drawn = tmp_path / "square.csv"
+    drawn.write_text("x_mm,y_mm\n-2,-2\n2,-2\n2,2\n-2,2\n")
+    place, words = "feeler.experiments.tactile.touch", ("touch", "--out", tmp_path / "out")
+    for more in ((), ("--feature", "outline"), ("--object", "outline")):
+        told = hear(monkeypatch, place, *words, "--outline", drawn, *more)
+        assert told[1].feature.kind == "outline"
+    refused = CliRunner().invoke(
+        app, [*map(str, words), "--outline", str(drawn), "--feature", "box"]
+    )
+    assert refused.exit_code and "needs --feature outline, got --feature box" in str(
+        refused.exception or refused.output
+    )
+
+
 @pytest.mark.parametrize("way", ["shown", "stored"])
 def test_a_flow_reaches_the_touch(monkeypatch, tmp_path, way):
     store = ("--store", tmp_path / "a.zarr") if way == "stored" else ()

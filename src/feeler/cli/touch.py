@@ -141,13 +141,19 @@ class _TouchOptions:
 
     def make_trials(self) -> list[Any]:
         """Every combination of features, sizes, locations and speeds."""
+        from feeler.errors import InvalidInput
         from feeler.objects.shapes import parse_feature
         from feeler.objects.trials import Trial
 
-        named = [
-            f"outline:file={self.outline}" if kind == "outline" and self.outline else kind
-            for kind in self.feature
-        ]
+        named = self.feature
+        if self.outline:
+            asked = ["outline"] if named == ["ball"] else named  # a ball if nothing is said
+            if "outline" not in asked:
+                raise InvalidInput(
+                    f"--outline {self.outline} needs --feature outline, got"
+                    f" --feature {' --feature '.join(named)}."
+                )
+            named = [f"outline:file={self.outline}" if k == "outline" else k for k in asked]
         same: dict[str, Any] = {
             "approach": self.approach,
             "azimuth": self.azimuth,

@@ -166,6 +166,12 @@ def _describe(sweeps: dict[str, Any], maps: dict[str, Any]) -> Iterator[str]:
             f" {found.error:9.2f}"
         )
         yield f"{line}  {'yes' if found.monotone else 'no':8}  {apart}"
+        if apart == "none":
+            longest = sweep.antenna.segment_length.max()
+            yield (
+                f"  from one distance to the next the peak of {name} moves by no more than its"
+                f" longest segment ({longest:.2g} mm): ask for fewer --steps"
+            )
         if found.error > found.distance.max():
             yield (
                 f"  the line of {name} hangs on one of its {found.used.sum()} distances: left out,"

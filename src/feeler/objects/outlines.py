@@ -261,7 +261,8 @@ def _find_unit(
     unit = unit if scale is None else scale
     if unit is None:
         raise InvalidInput(
-            "it does not say how long its unit is; give width= [mm] across the motion, or"
+            "it does not say how long its unit is; give width= [mm] across the motion (on the"
+            " command line --feature outline:file=NAME,width=4), or"
             " scale= [mm]."
         )
     return unit
