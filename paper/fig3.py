@@ -90,7 +90,8 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        By profile: ``main_sweeps``, the quasi-static approach in the configuration nearest to the
+        ``family``: R² over the family of set-ups (:class:`Family`), or None. By profile:
+        ``main_sweeps``, the quasi-static approach in the configuration nearest to the
         paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
         same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
         ``drives``, a wall that comes nearer
@@ -107,7 +108,13 @@ def compute(
         }
         for posture in (main, lead, Posture())
     )
+    # before the first slide: it needs none of the engine that another process compiles meanwhile
+    family = None
+    if {*CLAIMED} & {*antennas}:  # or there is nothing of the paper's to be held against
+        known = [*sweeps.items(), *default.items()]
+        family = compute_family(antennas, part=effort.wall_part, known=known)
     return SimpleNamespace(
+        family=family,
         main_sweeps=mains,
         main_maps={name: map_distance(sweep, **measure) for name, sweep in mains.items()},
         sweeps=sweeps,
@@ -480,13 +487,8 @@ def show_family(context: Context, section: Section) -> None:
     """Every set-up, in how many the paper's order holds, and the values that the wall claims are
     judged by.
     """
-    data = load(context)
-    if not {*CLAIMED} & {*data.sweeps}:
-        return  # nothing of the paper's to be held against
-    antennas = {name: context.profiles[name] for name in data.sweeps}
-    known = [*data.sweeps.items(), *data.default_sweeps.items()]
-    family = compute_family(antennas, part=context.effort.wall_part, known=known)
-    if len(family.names) < 2:
+    family = load(context).family
+    if family is None or len(family.names) < 2:
         return
     said = read_declared("declared.toml")["wall_paper"]
     targets = {name: said[name] for name in CLAIMED}
