@@ -68,7 +68,7 @@ def test_a_touch_is_the_one_that_was_asked_for(monkeypatch, tmp_path, way):
     assert {name: told[name] for name in (*WORK, *kept)} == {**WORK, **kept}
 
 
-def test_an_outline_is_touched_by_whoever_names_its_file(monkeypatch, tmp_path):
+def test_an_outline_is_touched_where_its_file_is_named(monkeypatch, tmp_path):
     drawn = tmp_path / "square.csv"
     drawn.write_text("x_mm,y_mm\n-2,-2\n2,-2\n2,2\n-2,2\n")
     place, words = "feeler.experiments.tactile.touch", ("touch", "--out", tmp_path / "out")

@@ -244,7 +244,14 @@ def load_forces(
                 " in mm (at=), or a column at_mm."
             )
         places = np.full(len(table.values), at)
-    force = force * (-1.0 if np.cov(deflection, force)[0, 1] < 0 else 1.0)
+    if np.cov(deflection, force)[0, 1] < 0:
+        warnings.warn(
+            "forces fall as the deflection grows: taken with the opposite sign, as those of the"
+            " antenna on the load cell.",
+            ModelValidityWarning,
+            stacklevel=2,
+        )
+        force = -force
     who = np.full(len(places), name or Path(path).stem)
     if "animal" in table.columns:
         who = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)["animal"]

@@ -26,10 +26,8 @@ _SURPLUS = 50  # samples too many before a faster sender is refused
 _RECENT = 101  # [C] intervals between samples whose median is what a sender usually leaves
 _SLOW = 1.25  # [C] usual interval over the trained one, from which on the sender is slower
 _SLOWEST = 10.0  # [C] ms between samples, over which the time between is not filled in
-_NO_TIME, _ENOUGH = (
-    100.0,
-    20,
-)  # [C] ms between so many samples, from which on times are not in ms
+# [C] ms between so many samples, from which on times are not in ms
+_NO_TIME, _ENOUGH = 100.0, 20
 
 
 # [C] samples over which the resting level is followed while nothing touches

@@ -556,7 +556,7 @@ def _start_here(n: int) -> Any:
 
 @contextmanager
 def _closing_soon(*closed: Any) -> Iterator[None]:
-    """Close these at the end, in a thread that nobody waits for longer than ``_GRACE``."""
+    """Close these at the end, in a thread that is waited for no longer than ``_GRACE``."""
     try:
         yield
     finally:

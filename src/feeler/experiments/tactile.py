@@ -104,7 +104,7 @@ class _WorkerTask:
     variants : SampledAntennas | None
         What takes the antenna's place, trial by trial.
     sampled : bool
-        Whether the attributes say how all trials are drawn, so that none is described by itself.
+        Whether the attributes say how all trials are drawn, so that none is described alone.
     """
 
     antenna: Antenna

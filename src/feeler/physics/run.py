@@ -501,9 +501,8 @@ def run_with_error(
         errors |= {i: margin * float(gap.max()) for i, gap in gaps.items()}
         todo = {i: todo[i] for i, gap in gaps.items() if not gap.max() <= most}
         for i in todo:
-            scene = scenes[
-                i
-            ]  # of which angles, their rates and a time may be all there is to know
+            # of which angles, their rates and a time may be all there is to know
+            scene = scenes[i]
             if not (
                 scene.antenna.spatial or scene.guided or any(o.turn for o in scene.objects)
             ):

@@ -87,7 +87,7 @@ def write_movie(
 ) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
-    Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging
+    Where ``draw_frame`` returns the artists it changed, only these are redrawn on the unchanging
     rest, which is many times faster. The file appears under its name only when it is whole; a frame
     at two thirds of it stands beside it as a still, ``.jpg``, for paper and for those who want no
     moving pictures.
