@@ -170,7 +170,8 @@ def test_force_and_deflection_are_a_cantilevers(tmp_path, radii, at):
     rows = np.column_stack([np.arange(12), table])
     header = ",deflection_um,force (uN)"
     np.savetxt(tmp_path / "g.csv", rows, "%.8g", ",", header=header, comments="")
-    (own,) = load_forces(tmp_path / "g.csv", at=at)
+    with pytest.warns(ModelValidityWarning, match="taken with the opposite sign"):
+        (own,) = load_forces(tmp_path / "g.csv", at=at)
     np.testing.assert_allclose(own.force, curves[0].force)
     found = fit_measurements([Measurements(forces=curves)], guess)
     assert 700 * found.p[0] == pytest.approx(2000, rel=0.01)
