@@ -54,7 +54,7 @@ def take_over(stepper: ChainStepper, state: State) -> None:
     t.base[0, f.B_X : f.B_HEADING + 1, 0] = state.base[0]
     t.place[:, f.P_X : f.P_Y + 1, 0] = state.place[0] - state.base[0, :2]
     t.place[:, f.P_FORWARD_X : f.P_FORWARD_Y + 1, 0] = state.forward[0]
-    move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
+    move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
 
 
 def read_corners(scene: Scene, timestep: float) -> list[np.ndarray]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.compiled import compiled, lean
+from feeler.compiled import compiled, inlined, nested
 from feeler.encoding.convolution import (
     apply_gram,
     compute_basis_gram,
@@ -208,15 +208,18 @@ def _solve_nonnegative(seen, kernel, fringe, activations):
     return most
 
 
-@compiled
+@compiled(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def _pivot(seen, kernel, fringe, h, slope):
     """One trial of solve_nonnegative."""
     n_components, n_times = h.shape
     top = _find_top(seen)
+    active = np.empty((n_components, n_times), np.bool_)
+    for m in range(n_components):
+        for t in range(n_times):
+            h[m, t] = h[m, t] if top > 0.0 else 0.0
+            active[m, t] = h[m, t] > 0.0
     if top == 0.0:
-        h[:] = 0.0
         return 0
-    active = h > 0.0
     fewest, patience = n_components * n_times + 1, 3
     for pivot in range(MOST_PIVOTS):
         _solve_active(seen, kernel, fringe, active, h)
@@ -239,11 +242,13 @@ def _pivot(seen, kernel, fringe, h, slope):
             for m in range(n_components):
                 if _is_wrong(active[m, t], h[m, t], slope[m, t] - seen[m, t], top):
                     active[m, t] = not active[m, t]
-    np.maximum(h, 0.0, h)
+    for m in range(n_components):
+        for t in range(n_times):
+            h[m, t] = max(h[m, t], 0.0)
     return MOST_PIVOTS
 
 
-@lean
+@nested
 def _find_top(rows):
     """The largest entry, at least 0; NumPy's max takes seconds to compile."""
     top = 0.0
@@ -253,18 +258,22 @@ def _find_top(rows):
     return top
 
 
-@compiled(inline="always")
+@inlined
 def _is_wrong(active, value, slope, top):
     """Whether an active variable is below zero, or an idle one would lower the loss."""
     return value < 0.0 if active else slope < -1e-10 * top
 
 
-@compiled
+@compiled(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def _solve_active(seen, kernel, fringe, active, h):
     """Solve G h = A for the active variables; the others become 0."""
     n_components, n_times = h.shape
     n_lags = fringe.shape[2] + 1
-    count = active.sum()
+    count = 0
+    for m in range(n_components):
+        for t in range(n_times):
+            h[m, t] = 0.0
+            count += active[m, t]
     component, time = np.empty(count, np.int64), np.empty(count, np.int64)
     value = np.empty(count)
     i = 0
@@ -285,12 +294,11 @@ def _solve_active(seen, kernel, fringe, active, h):
                 kernel, fringe, component[i], time[i], component[j], time[j], n_times
             )
     _solve_banded(factor, first, value)
-    h[:] = 0.0
     for i in range(count):
         h[component[i], time[i]] = value[i]
 
 
-@compiled(inline="always")
+@inlined
 def _look_up(kernel, fringe, m, s, k, place, n_times):
     """⟨basis m at s, basis k at place⟩, place ≤ s."""
     n_lags = fringe.shape[2] + 1
@@ -300,7 +308,7 @@ def _look_up(kernel, fringe, m, s, k, place, n_times):
     return whole + fringe[m, k, n_times - 1 - place, s - n_times + n_lags - 1]
 
 
-@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
+@nested(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _solve_banded(factor, first, value):
     """Cholesky in place, both substitutions; row i of the lower half begins at first[i]."""
     for i in range(value.size):

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from feeler.antenna.segments import Antenna, require_plane
-from feeler.compiled import compiled
+from feeler.compiled import compiled, nested
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import hold_blas
 from feeler.physics.engine import announce_compiling
@@ -182,7 +182,7 @@ def _place_nodes(table, heading, points):
         points[i + 1, 1] = points[i, 1] + table[i, R_LENGTH] * math.cos(heading[i])
 
 
-@compiled
+@nested
 def _add_forces(own, wall, friction, points, force, stiffness):
     """Contact at every node: force (segment, 2) and stiffness (segment, 2: xx, yy); contacts are
     noted in ``own.push``. Returns (energy, touching nodes).
@@ -213,7 +213,7 @@ def _add_forces(own, wall, friction, points, force, stiffness):
     return energy, count
 
 
-@compiled
+@nested
 def _move_anchors(own, friction):
     """After a step: note the normal forces; nodes that slid drag their anchor along, nodes that
     left forget it.
@@ -235,7 +235,7 @@ def _move_anchors(own, friction):
         own.pressed[i] = firm * depth
 
 
-@compiled
+@nested
 def _balance(table, base, heading, points, old_angle, rate, force, out):
     """Out-of-balance torque of every segment; returns (largest size over stiffness [rad], energy of
     the hinges).
@@ -256,7 +256,7 @@ def _balance(table, base, heading, points, old_angle, rate, force, out):
     return worst, energy
 
 
-@compiled
+@nested
 def _newton(table, points, rate, force, stiffness, residual, full, work, change):
     """Fill ``change`` (segment,) with the Newton step; False where a pivot is not positive.
 
@@ -291,7 +291,7 @@ def _newton(table, points, rate, force, stiffness, residual, full, work, change)
     return np.isfinite(phi)
 
 
-@compiled
+@nested
 def _potential(
     own, wall, friction, base, heading, points, old_angle, rate, force, stiffness, residual
 ):
@@ -304,7 +304,7 @@ def _potential(
     return worst, energy + hinges, count
 
 
-@compiled
+@compiled(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def _take(own, wall, friction, before, base, timestep, tolerance):
     """Take one implicit step with base and wall where they are at its end, ``before`` being the
     base's heading at its beginning; changes ``own`` in place.
@@ -315,11 +315,11 @@ def _take(own, wall, friction, before, base, timestep, tolerance):
     ``tolerance`` [rad], the antenna is left as it was.
     """
     n, rate = own.table.shape[0], 1.0 / timestep
-    old_angle = np.empty(n)
+    old_angle, now, trial, place = np.empty(n), np.empty(n), np.empty(n), np.empty((n + 1, 2))
+    place[0, 0], place[0, 1] = own.points[0, 0], own.points[0, 1]
     for i in range(n):
         old_angle[i] = own.heading[i] - (own.heading[i - 1] if i else before)
-    now, place = own.heading + (base - before), own.points.copy()  # all turns with the base
-    trial = now.copy()
+        now[i] = own.heading[i] + (base - before)  # all turns with the base
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
     work, change = np.empty((n, 4)), np.empty(n)
     worst, energy, count = _potential(
@@ -358,16 +358,20 @@ def _take(own, wall, friction, before, base, timestep, tolerance):
             scale *= 0.5
         if not better:
             break
-        now[:] = trial
+        for i in range(n):  # NumPy's copy takes seconds to compile
+            now[i] = trial[i]
         worst, energy = new_worst, new_energy
     if not worst < tolerance:
         return False, np.inf, count, 0.0
-    moved = np.abs(now - own.heading).max()
     _potential(
         own, wall, friction, base, now, place, old_angle, rate, force, stiffness, residual
     )
     static, _ = _balance(own.table, base, now, place, old_angle, 0.0, force, residual)
-    own.heading[:], own.points[:] = now, place
+    moved = 0.0
+    for i in range(n):
+        moved = max(moved, abs(now[i] - own.heading[i]))
+        own.heading[i] = now[i]
+        own.points[i + 1, 0], own.points[i + 1, 1] = place[i + 1, 0], place[i + 1, 1]
     _move_anchors(own, friction)
     return True, static, count, moved
 

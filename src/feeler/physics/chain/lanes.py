@@ -153,17 +153,11 @@ def _address(context, builder, kind, array, i, j, width: int):
 
 @intrinsic
 def get(typing, table, i, j, width):
-    """All lanes of ``table[i, j]`` as one number; a table (row, column) holds the same number for
-    every lane.
-    """
+    """All lanes of ``table[i, j]`` as one number."""
     kind = _Lanes(len(width))
 
     def emit(context, builder, sig, args):
         i, j = (context.cast(builder, args[k], sig.args[k], types.intp) for k in (1, 2))
-        if sig.args[0].ndim == 2:
-            shared = context.make_array(sig.args[0])(context, builder, args[0])
-            where = cgutils.get_item_pointer(context, builder, sig.args[0], shared, [i, j])
-            return _spread(builder, builder.load(where), kind.width)
         return builder.load(
             _address(context, builder, sig.args[0], args[0], i, j, kind.width), align=8
         )

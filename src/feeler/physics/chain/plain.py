@@ -28,9 +28,7 @@ def _fma(a, b, c):
 
 
 PLAIN = {
-    "get": lambda table, i, j, width: (
-        np.full(len(width), table[i, j]) if table.ndim == 2 else table[i, j].copy()
-    ),
+    "get": lambda table, i, j, width: table[i, j].copy(),
     "put": lambda table, i, j, value, width: table.__setitem__((i, j), value),
     "spread": lambda value, width: np.full(len(width), value),
     "beside": lambda values: np.array([np.ravel(value)[0] for value in values]),

@@ -37,9 +37,6 @@ class Tables(NamedTuple):
 
     Attributes
     ----------
-    segments : np.ndarray
-        Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one
-        antenna.
     wides : tuple
         Constants and work once more, for eight numbers at once, and the width of that.
     shapes : tuple
@@ -60,7 +57,6 @@ class Tables(NamedTuple):
     """
 
     constants: np.ndarray
-    segments: np.ndarray
     work: np.ndarray
     wides: tuple
     base: np.ndarray
@@ -130,13 +126,13 @@ def _record_tables(t, tape, sample, stop, every, timestep, drive, damped):
             if not (
                 touched and (damped or t.pair is not None)
             ):  # else _push has left what the hinges need
-                fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
+                fold(t.constants, t.work, t.base, t.loaded, timestep, t.width)
             if touched:
                 t.loaded[:] = False
                 for lane in range(t.number.shape[0]):
                     clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
             _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
-            move(t.segments, t.work, t.wides, t.base, timestep, t.width)
+            move(t.constants, t.work, t.wides, t.base, timestep, t.width)
         for lane in range(tape.shape[0]):
             _write(t, tape[lane, k], lane)
         for lane in range(t.number.shape[0]):
@@ -194,7 +190,7 @@ def _find(t):
     kinds, corners, starts, boxes, blocks, owner = t.shapes
     last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
     for o in range(t.place.shape[0]):
-        seek(t.segments, t.work, t.obj, t.place, o, t.pair, t.width)
+        seek(t.constants, t.work, t.obj, t.place, o, t.pair, t.width)
         for lane in range(t.number.shape[0]):
             if t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
                 last = max(last, np.int64(t.place[o, f.P_LAST, lane]))
@@ -255,7 +251,7 @@ def _push(t, timestep, damped):
             for k in range(count):
                 last = max(last, np.int64(t.contacts[lane, k, f.T_SEGMENT]))
     solve_contacts(
-        t.segments,
+        t.constants,
         t.work,
         t.base,
         t.rows,
@@ -353,7 +349,7 @@ class ChainStepper(Stepper):
 
     def _move(self) -> None:
         t = self.tables
-        move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
+        move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base
@@ -542,14 +538,11 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
     constants, wide_constants = make_table(f.N_CONSTANTS, n, width)
     work, wide_work = make_table(f.N_WORK, n, width)
     size = max(_count_contacts(model) for model in models)
-    shared = width > 1 and all(np.array_equal(m.constants, models[0].constants) for m in models)
-    segments = models[0].constants if shared else constants
     tables = Tables(
         constants=constants,
-        segments=segments,
         work=work,
         wides=(
-            segments if shared else wide_constants,
+            wide_constants,
             wide_work,
             (0,) * (f.LANES if width == 1 else width),
         ),
@@ -600,8 +593,7 @@ def _fits(t: Tables, model: ChainModel) -> bool:
         *(array.shape[1] for array in stack_shapes([model])),
     )
     room = (t.place.shape[0], t.contacts.shape[1], *(array.shape[1] for array in t.shapes))
-    same = t.segments.ndim == 3 or np.array_equal(t.segments, model.constants)
-    return same and all(a <= b for a, b in zip(own, room, strict=True))
+    return all(a <= b for a, b in zip(own, room, strict=True))
 
 
 def make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
