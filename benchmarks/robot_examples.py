@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.robot.description import EXAMPLES, make_robot
+from feeler.robot.description import EXAMPLES, make_robot, make_touches
 from feeler.robot.fit import make_posture, simulate_release
 from feeler.robot.recordings import save_recording
 from feeler.robot.repair import repair
 from feeler.robot.surrogate import make_surrogate
-from feeler.robot.touches import make_touches
 
 SEED = 2025
 

@@ -41,7 +41,7 @@ from feeler.robot import (
     sweep_shots,
     touch_robots,
 )
-from feeler.robot.touches import ROBOT_SPEEDS
+from feeler.robot.description import ROBOT_SPEEDS
 from feeler.tensors import rectify
 from paper.cache import keep
 from paper.context import Context

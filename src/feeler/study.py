@@ -247,10 +247,17 @@ class Study(Record):
                 known = _read_angle(again), training_labels
             told.append(self._ask(name, known, (angle, labels), windows, number))
         values = np.array(told)  # (classifier, level, window, field)
+        force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=2)
+        time = in_unit(tensors["time"], "ms").values
+        last = [time[np.flatnonzero(one)[-1]] if one.any() else np.nan for one in force]
         return {
             "accuracy": values[..., 0],
             "bits": values[..., 1],
-            **_measure_costs(tensors, first),
+            **{
+                "work": float(in_unit(tensors["work"], "uJ").values[:, -1, 1].mean()),
+                "force": float(force.max(axis=1).mean()),
+                "release": float(np.nanmean(last) - time[first - 1]),
+            },
         }
 
     def _list_samples(self, first: int, count: int, speed: float) -> list[np.ndarray]:
@@ -330,14 +337,3 @@ class Study(Record):
 def _read_angle(tensors: xr.Dataset) -> np.ndarray:
     """Angles (trial, sensor, time) [rad], those of one plane after those of the other."""
     return stack_planes(in_unit(tensors["angle"], "rad")).values
-
-
-def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:
-    force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=2)
-    time = in_unit(tensors["time"], "ms").values
-    last = [time[np.flatnonzero(one)[-1]] if one.any() else np.nan for one in force]
-    return {
-        "work": float(in_unit(tensors["work"], "uJ").values[:, -1, 1].mean()),
-        "force": float(force.max(axis=1).mean()),
-        "release": float(np.nanmean(last) - time[first - 1]),
-    }

@@ -27,7 +27,7 @@ from feeler.active.observer import MENU, PERIOD, Belief, Policy
 from feeler.active.policies import OWN, POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.active.tasks import SAMPLE, Arena, TouchTask
 from feeler.errors import InvalidInput, MissingDependencyError
-from feeler.tensors.models import Model, save_model
+from feeler.tensors.formats import Model, save_model
 
 ACTOR = (
     "lstm_actor.",

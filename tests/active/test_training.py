@@ -10,7 +10,7 @@ from feeler.active import Observer, TouchTask, parse_policy
 from feeler.active.contests import load_contest
 from feeler.active.policies import POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.errors import InvalidInput
-from feeler.tensors.models import load_model
+from feeler.tensors.formats import load_model
 from studies.active import learning
 
 Practised, practise = learning.Practised, learning.practise

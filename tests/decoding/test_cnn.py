@@ -134,7 +134,7 @@ def test_bad_input_is_refused(model, labels, message):
 
 def test_another_version_or_a_damaged_file_says_so(tmp_path):
     pytest.importorskip("torch")
-    from feeler.tensors.models import Model, _read_model, save_model
+    from feeler.tensors.formats import Model, _read_model, save_model
 
     X, y = make_touches()
     TouchNetwork(**QUICK).fit(X, y).save(tmp_path / "good")

@@ -8,8 +8,7 @@ import pytest
 from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.errors import InvalidInput
 from feeler.robot.stream import Link, _parse_sample, read_samples
-from feeler.tensors.formats import describe_file, find_problems
-from feeler.tensors.models import _read_model, save_model
+from feeler.tensors.formats import _read_model, describe_file, find_problems, save_model
 
 REST = 30
 LABELS = [("ball", 0.5, 0.1), ("box", 0.5, 0.1), ("ball", 0.9, 0.1)]

@@ -22,7 +22,7 @@ from feeler.encoding import (
     save_encoder,
 )
 from feeler.errors import InvalidInput, StoreError
-from feeler.tensors.models import _read_model, save_model
+from feeler.tensors.formats import _read_model, save_model
 from paper.fig4 import prepare
 from paper.scale import SCALES
 

@@ -14,8 +14,7 @@ from feeler.encoding import ConvolutiveNMF, save_encoder
 from feeler.robot.description import write_robot
 from feeler.robot.sensors import load_calibration_table, save_calibration
 from feeler.tensors import make_tensors
-from feeler.tensors.formats import save
-from feeler.tensors.models import Model, save_model
+from feeler.tensors.formats import Model, save, save_model
 
 RECORDING = b"""# robot: one
 # source: robot

@@ -33,8 +33,7 @@ from feeler.robot.repair import repair
 from feeler.robot.sensors import load_calibration, load_calibration_table
 from feeler.robot.stream import _parse_sample, read_samples
 from feeler.sandbox import Limits
-from feeler.tensors.formats import describe_file, find_problems
-from feeler.tensors.models import _read_model
+from feeler.tensors.formats import _read_model, describe_file, find_problems
 from feeler.tensors.schema import find_errors
 from feeler.tensors.writers import _load_csv
 from feeler.tracking.tracks import load_tracks

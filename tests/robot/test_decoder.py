@@ -32,7 +32,7 @@ from feeler.robot import (
     train_decoder,
 )
 from feeler.robot.board import make_board_decoder
-from feeler.robot.live import _LiveTouch
+from feeler.robot.decoder import _LiveTouch
 from feeler.robot.stream import Link, _Buffer, open_serial, read_lines, read_samples
 
 NODE = Path(__file__).parents[2] / "examples" / "ros2" / "antenna_node.py"

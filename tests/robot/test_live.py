@@ -29,7 +29,7 @@ from feeler.robot import (
     touch_robots,
 )
 from feeler.robot.classify import judge_recording
-from feeler.robot.live import Readings, _LiveTouch
+from feeler.robot.decoder import Readings, _LiveTouch
 from feeler.robot.reality import _choose_before
 from feeler.robot.stream import Link
 

@@ -12,7 +12,7 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from feeler.errors import InvalidInput
 from feeler.robot import Gap, make_dataset, make_robot, make_surrogate, simulate_touches
-from feeler.robot.description import ROBOT_FACTS
+from feeler.robot.description import ROBOT_FACTS, make_touches
 from feeler.robot.recordings import load_recording, save_recording
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
@@ -25,7 +25,6 @@ from feeler.robot.surrogate import (
     play,
     subtract_rest,
 )
-from feeler.robot.touches import make_touches
 
 FAST = [trial for trial in _make_tip_touches() if trial.speed == 0.27]
 

@@ -10,8 +10,7 @@ from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.tensors import make_tensors
-from feeler.tensors.formats import save
-from feeler.tensors.models import Model, save_model
+from feeler.tensors.formats import Model, save, save_model
 
 
 def call(*arguments):

@@ -17,14 +17,16 @@ from feeler.errors import InvalidInput
 from feeler.tensors.formats import (
     FORMATS,
     Format,
+    Model,
     _find_writer,
     describe_file,
     detect,
     find_problems,
     load,
+    load_model,
     save,
+    save_model,
 )
-from feeler.tensors.models import Model, load_model, save_model
 from feeler.tensors.writers import complete
 
 from ._sets import judge, make_set, make_trial

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.active.show import _draw_lane
+from feeler.active.policies import _draw_lane
 from feeler.active.tasks import SAMPLE, ActiveTask, Arena, FollowTask, LocaliseTask, TouchTask
 from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning
 

@@ -1,8 +1,7 @@
 """An animal from its measurements: a fitted antenna, and what it predicts."""
 
-from feeler.animal.example import PLANTED, write_example, write_template
 from feeler.animal.page import save_fit, write_animal_page
-from feeler.animal.plan import AnimalPlan, load_animal
+from feeler.animal.plan import PLANTED, AnimalPlan, load_animal, write_example, write_template
 from feeler.animal.study import AnimalStudy, study_animal
 
 __all__ = [

@@ -58,7 +58,7 @@ def active(
     """
     from feeler.active import film_policy, parse_policy
     from feeler.active.contests import load_contest, write_active
-    from feeler.active.show import write_film
+    from feeler.active.policies import write_film
     from feeler.cli.choose import choose_antenna
     from feeler.provenance import describe_versions
 

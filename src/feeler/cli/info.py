@@ -102,10 +102,23 @@ def list_rooms() -> dict[str, Any]:
     from feeler.design.plan import DESIGN_FILES
     from feeler.robot.recordings import ROBOT_FILES
     from feeler.spikes.recordings import SPIKE_FILES
-    from feeler.tensors.formats import PLAIN_TABLES
+    from feeler.tensors.formats import PLAIN_TABLES, Format
     from feeler.tracking.tracks import TRACK_FILES
 
-    named = {**_name_traces(), **_name_results(), **PLAIN_TABLES}
+    def find_page(path: Path) -> Path:
+        return path.with_suffix(".html")
+
+    # the files of numbers that a verb writes beside its page, by the page's name
+    results = Format(
+        words="the numbers of a page that feeler wrote",
+        kind="table",
+        detect=lambda path, start: (
+            path.suffix in (".csv", ".json") and find_page(path).is_file()
+        ),
+        load=lambda path, limits, trusted: [f"next        open {find_page(path).name}"],
+        tell=list,
+    )
+    named = {**_name_traces(), "results": results, **PLAIN_TABLES}
     return {**DESIGN_FILES, **SPIKE_FILES, **ROBOT_FILES, **TRACK_FILES, **named}
 
 
@@ -174,22 +187,3 @@ def _name_traces() -> dict[str, Any]:
         )
         for words, reader in readers.items()
     }
-
-
-def _name_results() -> dict[str, Any]:
-    """The files of numbers that a verb writes beside its page, by the page's name."""
-    from feeler.tensors.formats import Format
-
-    def find_page(path: Path) -> Path:
-        return path.with_suffix(".html")
-
-    form = Format(
-        words="the numbers of a page that feeler wrote",
-        kind="table",
-        detect=lambda path, start: (
-            path.suffix in (".csv", ".json") and find_page(path).is_file()
-        ),
-        load=lambda path, limits, trusted: [f"next        open {find_page(path).name}"],
-        tell=list,
-    )
-    return {"results": form}

@@ -4,13 +4,11 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, fields, is_dataclass
 from importlib import import_module
-from inspect import Parameter, Signature
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -270,43 +268,15 @@ EngineName = Annotated[
 def add_verb(app: typer.Typer, name: str) -> None:
     """Add the command ``name``: the function of this name in ``feeler/cli/NAME.py``, or all
     commands of the ``app`` there, with the examples that the file begins with.
-
-    A function of one record ``said`` gets an option for each field of it, which is
-    ``Annotated[type, typer.Option(help=...)]``.
     """
     module = import_module(f"feeler.cli.{name}")
     if hasattr(module, "app"):
         app.add_typer(module.app, name=name)
         return
-    run = getattr(module, name)
-    options = get_type_hints(run, include_extras=True).get("said")
-    app.command(name, epilog=list_examples(module))(
-        _spread(run, options) if is_dataclass(options) else run
-    )
+    app.command(name, epilog=list_examples(module))(getattr(module, name))
 
 
 def list_examples(module: ModuleType) -> str:
     """The examples that a module's docstring ends with."""
     _, head, examples = (module.__doc__ or "").partition("Examples:\n")
     return head + examples
-
-
-def _spread(run: Callable[[Any], None], options: Any) -> Callable[..., None]:
-    """``run``, which takes a record, with an argument for each field of it."""
-
-    def verb(**said: Any) -> None:
-        run(options(**said))
-
-    hints = get_type_hints(options, include_extras=True)
-    given = [_make_parameter(field, hints[field.name]) for field in fields(options)]
-    verb.__signature__ = Signature(given)  # type: ignore[attr-defined]
-    verb.__annotations__ = hints
-    verb.__doc__ = run.__doc__
-    return verb
-
-
-def _make_parameter(field: Any, hint: Any) -> Parameter:
-    default = field.default if field.default is not MISSING else Parameter.empty
-    if field.default_factory is not MISSING:
-        default = field.default_factory()
-    return Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)

@@ -99,7 +99,7 @@ def stream(
     time. What arrives meanwhile waits. A board that is unplugged is waited for (--timeout). Ctrl-C
     ends it with the summary.
     """
-    from feeler.robot.live import Readings
+    from feeler.robot.decoder import Readings
     from feeler.robot.stream import Link
 
     if serial:

@@ -182,7 +182,7 @@ def _make_touches(
 ) -> list:
     """The touches to discriminate: the paper's, but for what was said."""
     from feeler.objects import load_objects
-    from feeler.robot.touches import make_touches as make_robot_touches
+    from feeler.robot.description import make_touches as make_robot_touches
 
     features = None if objects is None else load_objects(objects)
     return make_robot_touches(

@@ -246,7 +246,14 @@ def _tell_recorded(said: Any) -> None:
     """Rates, intervals, latency and PSTH of recorded units, and how far the model is from them
     (recorded.html, .nc, .csv, psth.csv, recorded.png).
     """
-    from feeler.spikes import compare_trains, cut_trains, measure_trains, read_trains
+    from feeler.spikes import (
+        Firing,
+        compare_trains,
+        cut_trains,
+        draw_spikes,
+        measure_trains,
+        read_trains,
+    )
     from feeler.tensors.formats import save
 
     try:
@@ -256,7 +263,9 @@ def _tell_recorded(said: Any) -> None:
         raise InvalidInput(str(error).replace("unit=", "time_unit=")) from None
     touches = model = None
     if said.touches is not None:
-        model, touches = _make_model(said)
+        touches = _make_touches(said)
+        firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
+        model = draw_spikes(_place(said, touches).encode(touches), firing, seed=said.seed)
     how = {"before": said.before, "after": said.after}
     if not len(onsets):
         first, last = (
@@ -307,15 +316,6 @@ def _find_onsets(said: Any, trains: dict[str, np.ndarray]) -> tuple[Any, str]:
     if said.touches is not None:
         raise InvalidInput("to compare with --touches, --onsets must say when contact began.")
     return [], "the whole session as one, so latency counts from the first spike"
-
-
-def _make_model(said: Any) -> tuple[Any, Any]:
-    """The model's spikes of the touches, and the touches."""
-    from feeler.spikes import Firing, draw_spikes
-
-    touches = _make_touches(said)
-    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
-    return draw_spikes(_place(said, touches).encode(touches), firing, seed=said.seed), touches
 
 
 def _save_recorded(said: Any, drawn: Any, table: Any, beside: Any, words: str) -> list[str]:

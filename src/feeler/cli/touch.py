@@ -16,10 +16,10 @@ goes on where it stopped, and ends with the same numbers.
 """
 
 import sys
-from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import numpy as np
@@ -33,15 +33,14 @@ from feeler.cli.options import (
     say_json,
     try_movie,
 )
+from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 
 _MANY = "; repeat it with --store"
 _VECTOR = ("tensor.svg", "tensor.pdf")
 
 
-@dataclass(frozen=True, kw_only=True)
-class _TouchOptions:
-    """What ``feeler touch`` is told."""
-
+def touch(
     feature: Annotated[
         list[str],
         typer.Option(
@@ -50,134 +49,95 @@ class _TouchOptions:
             help="ball, peg, box, triangle, outline, mesh or wall, or as in"
             f" box:half_height=3,rounding=0.2 or mesh:file=rock.stl{_MANY}",
         ),
-    ] = field(default_factory=lambda: ["ball"])
+    ] = ["ball"],  # noqa: B006
     size: Annotated[
         list[float],
         typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{_MANY}"),
-    ] = field(default_factory=lambda: [1.53])
+    ] = [1.53],  # noqa: B006
     location: Annotated[
         list[float],
         typer.Option(help=f"fraction of the length from the base, in (0, 1]{_MANY}"),
-    ] = field(default_factory=lambda: [0.5])
-    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{_MANY}")] = (
-        field(default_factory=lambda: [0.6])
-    )
+    ] = [0.5],  # noqa: B006
+    speed: Annotated[
+        list[float],
+        typer.Option(help=f"speed of the feature [m/s]{_MANY}"),
+    ] = [0.6],  # noqa: B006
     outline: Annotated[
         Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")
-    ] = None
+    ] = None,
     approach: Annotated[
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
-    ] = 90.0
+    ] = 90.0,
     azimuth: Annotated[
         float,
         typer.Option(
             help="for an antenna in space: side from which it comes [degrees about it]"
         ),
-    ] = 0.0
-    side: Annotated[str, typer.Option(help="left or right")] = "left"
-    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0
-    duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0
-    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None
-    engine: EngineName = "chain-consistent"
+    ] = 0.0,
+    side: Annotated[str, typer.Option(help="left or right")] = "left",
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0,
+    duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0,
+    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
+    engine: EngineName = "chain-consistent",
     contact: Annotated[
         str,
         typer.Option(
             help="smooth, hard, or even as in version 0.2; smooth:0.05 sets its time constant [ms]"
             " (docs: Contact)"
         ),
-    ] = "smooth"
+    ] = "smooth",
     flow: Annotated[
         str | None,
         typer.Option(
             help="for an antenna in space: what drags it along, drag [N·ms/mm²] and speed along"
             " x y z [m/s], as in drag=2e-5,x=0.3"
         ),
-    ] = None
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential"
+    ] = None,
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential",
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
-    )
-    movie: Annotated[bool, typer.Option(help="write movie.mp4 as well")] = False
+    ),
+    movie: Annotated[bool, typer.Option(help="write movie.mp4 as well")] = False,
     vector: Annotated[
         bool, typer.Option("--vector", help="write tensor.svg and tensor.pdf as well")
-    ] = False
+    ] = False,
     store: Annotated[
         Path | None,
         typer.Option(
             help="folder that keeps each touch as it finishes; resumed if it is there already"
         ),
-    ] = None
+    ] = None,
     seed: Annotated[
         int, typer.Option(min=0, help="with --store: seed; each touch gets its own from it")
-    ] = 0
+    ] = 0,
     workers: Annotated[
         int | None, typer.Option(help="with --store: how many at once; default one per core")
-    ] = None
+    ] = None,
     processes: Annotated[
         bool, typer.Option("--processes", help="with --store: in processes, memory bounded")
-    ] = False
+    ] = False,
     cluster: Annotated[
         str | None,
         typer.Option(
             help="with --store: a Dask scheduler's address or JSON file, or local:4 for 4 processes"
         ),
-    ] = None
+    ] = None,
     log_json: Annotated[
         bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")
-    ] = False
-    as_json: Json = False
-
-    def list_options(self) -> dict[str, Any]:
-        """What one touch and many are simulated with."""
-        from feeler.objects.motion import parse_flow
-
-        return {
-            "duration": self.duration,
-            "timestep": self.timestep,
-            "engine": self.engine,
-            "contact": self.contact,
-            "flow": None if self.flow is None else parse_flow(self.flow),
-        }
-
-    def make_trials(self) -> list[Any]:
-        """Every combination of features, sizes, locations and speeds."""
-        from feeler.errors import InvalidInput
-        from feeler.objects.shapes import parse_feature
-        from feeler.objects.trials import Trial
-
-        named = self.feature
-        if self.outline:
-            asked = ["outline"] if named == ["ball"] else named  # a ball if nothing is said
-            if "outline" not in asked:
-                raise InvalidInput(
-                    f"--outline {self.outline} needs --feature outline, got"
-                    f" --feature {' --feature '.join(named)}."
-                )
-            named = [f"outline:file={self.outline}" if k == "outline" else k for k in asked]
-        same: dict[str, Any] = {
-            "approach": self.approach,
-            "azimuth": self.azimuth,
-            "side": self.side,
-            "friction": self.friction,
-        }
-        return [
-            Trial(feature=parse_feature(kind, width), location=place, speed=pace, **same)
-            for kind, width, place, pace in product(named, self.size, self.location, self.speed)
-        ]
-
-
-def touch(said: _TouchOptions) -> None:
+    ] = False,
+    as_json: Json = False,
+) -> None:
     """Touch an antenna: tensor, picture, page.
 
     Touch an antenna once (touch.html, tensor.nc, tensor.png; movie and vector graphics on
     request), or many times into a store.
     """
+    said = SimpleNamespace(**locals())
     from feeler.cli.choose import choose_antenna
-    from feeler.errors import InvalidInput
 
-    antenna, trials = choose_antenna(said.antenna), said.make_trials()
+    chosen, trials = choose_antenna(said.antenna), _make_trials(said)
     if said.store is not None:
-        _fill(said, antenna, trials)
+        _fill(said, chosen, trials)
     elif said.cluster is not None or said.processes:
         raise InvalidInput("--cluster and --processes need a --store, as in --store set.zarr.")
     elif len(trials) > 1:
@@ -185,14 +145,52 @@ def touch(said: _TouchOptions) -> None:
             f"{len(trials)} touches need a --store, as in --store set.zarr; a picture shows one."
         )
     else:
-        _show(said, antenna, trials[0])
+        _show(said, chosen, trials[0])
 
 
-def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
+def _list_options(said: SimpleNamespace) -> dict[str, Any]:
+    """What one touch and many are simulated with."""
+    from feeler.objects.motion import parse_flow
+
+    return {
+        "duration": said.duration,
+        "timestep": said.timestep,
+        "engine": said.engine,
+        "contact": said.contact,
+        "flow": None if said.flow is None else parse_flow(said.flow),
+    }
+
+
+def _make_trials(said: SimpleNamespace) -> list[Any]:
+    """Every combination of features, sizes, locations and speeds."""
+    from feeler.objects.shapes import parse_feature
+    from feeler.objects.trials import Trial
+
+    named = said.feature
+    if said.outline:
+        asked = ["outline"] if named == ["ball"] else named  # a ball if nothing is said
+        if "outline" not in asked:
+            raise InvalidInput(
+                f"--outline {said.outline} needs --feature outline, got"
+                f" --feature {' --feature '.join(named)}."
+            )
+        named = [f"outline:file={said.outline}" if k == "outline" else k for k in asked]
+    same: dict[str, Any] = {
+        "approach": said.approach,
+        "azimuth": said.azimuth,
+        "side": said.side,
+        "friction": said.friction,
+    }
+    return [
+        Trial(feature=parse_feature(kind, width), location=place, speed=pace, **same)
+        for kind, width, place, pace in product(named, said.size, said.location, said.speed)
+    ]
+
+
+def _fill(said: SimpleNamespace, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
     from feeler.experiments.tactile import touch as simulate
-    from feeler.progress import ProgressBar
 
     with choose_executor(said.workers, said.cluster, processes=said.processes) as executor:
         if sys.stderr.isatty():
@@ -208,7 +206,7 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
                 executor=executor,
                 progress=progress,
                 seed=said.seed,
-                **said.list_options(),
+                **_list_options(said),
             )
         finished, asked = tensors.sizes["trial"], len(trials)
         if said.as_json:
@@ -219,7 +217,7 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
             )
 
 
-def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
+def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and page, and what else was asked for."""
     from feeler.experiments.tactile import touch as simulate
     from feeler.report import Section, write_page
@@ -228,14 +226,17 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     out = said.out
     # first of all: a wrong path is said before the work is done
     out.mkdir(parents=True, exist_ok=True)
-    everything = simulate(antenna, trial, all_hinges=True, **said.list_options())
+    everything = simulate(antenna, trial, all_hinges=True, **_list_options(said))
     tensors = everything.isel(sensor=antenna.sensors - 1)
     save(tensors, out / "tensor.nc")
     section = Section(name="touch", title=trial.label, folder=out, vector=False)
     movie = said.movie and _film(antenna, trial, everything, section)
     _draw(antenna, trial, everything, tensors, section, vector=said.vector)
     facts = _measure(tensors)
-    known = facts | _describe_contact(tensors)
+    known = facts | {"penetration depth": (float(tensors["sink"].max()), "smaller radius")}
+    for name in ("contact_time_constant", "timestep"):
+        if name in tensors.attrs:
+            known[name.replace("_", " ")] = tensors.attrs[name], "ms"
     rows = [[f"{name} [{unit}]", value] for name, (value, unit) in known.items()]
     error = float(tensors["error"][0])
     rows += [["its error, over the peak", error]]
@@ -315,14 +316,6 @@ def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
         "peak curvature": (measure_peak(in_unit(tensors["curvature"], "1/mm")), "1/mm"),
         "peak force": (measure_peak(force), "mN"),
     }
-
-
-def _describe_contact(tensors: Any) -> dict[str, tuple[float, str]]:
-    """How deep contact went and what it was computed with, and units."""
-    depth = {"penetration depth": (float(tensors["sink"].max()), "smaller radius")}
-    steps = ("contact_time_constant", "timestep")
-    known = {name: tensors.attrs[name] for name in steps if name in tensors.attrs}
-    return depth | {name.replace("_", " "): (value, "ms") for name, value in known.items()}
 
 
 def _tell_machine(

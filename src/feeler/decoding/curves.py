@@ -398,7 +398,17 @@ def compute_curves(
         nulls |= sweep(codes, groups[reference].labels, kind, ())
     peak = measure_peak(*(group.tensors for group in groups.values()))
     baselines = {
-        name: _compute_baseline(group, plan, peak, random_state)
+        name: compute_sweep(
+            group.tensors,
+            group.labels,
+            ratios=(plan.probe,) if plan.n_repeats < 5 else plan.ratios,
+            n_copies=3,
+            n_repeats=min(plan.n_repeats, 2),
+            noise=Common(reference=peak),
+            encode=PeakEncoder(random_state),
+            estimator=make_lda(None),
+            random_state=random_state,
+        )
         for name, group in groups.items()
     }
     return Curves(
@@ -500,21 +510,6 @@ class PeakEncoder:
         dither = self._rng.uniform(-0.5, 0.5, (len(array), 2))
         found = ((np.stack(peak, axis=1) + 0.5 + dither) / (n_sensors, n_samples))[:, :, None]
         return label_like(found, tensors, ("trial", "component", "time"), "peak")
-
-
-def _compute_baseline(group: Group, plan: Plan, peak: float, random_state: Seed = 0) -> Sweep:
-    """Accuracy from the peak's position and time alone, in common noise on the tensors."""
-    return compute_sweep(
-        group.tensors,
-        group.labels,
-        ratios=(plan.probe,) if plan.n_repeats < 5 else plan.ratios,
-        n_copies=3,
-        n_repeats=min(plan.n_repeats, 2),
-        noise=Common(reference=peak),
-        encode=PeakEncoder(random_state),
-        estimator=make_lda(None),
-        random_state=random_state,
-    )
 
 
 # Two comparisons: one antenna at several speeds, several antennas at the slowest speed.

@@ -13,7 +13,7 @@ from sklearn.model_selection import train_test_split
 from feeler.decoding.classifiers import Classifier, check_labels
 from feeler.errors import InvalidInput, require_extra
 from feeler.progress import show_progress
-from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.formats import Model, load_model, save_model
 from feeler.tensors.transforms import find_scale
 
 _MODEL_KIND, _MODEL_VERSION = "TouchNetwork", 1

@@ -16,7 +16,7 @@ from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
 from feeler.sandbox import find_limits
-from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.formats import Model, load_model, save_model
 from feeler.tensors.transforms import check_squares
 
 # One touch as it happens: a sample in, what is known so far out.

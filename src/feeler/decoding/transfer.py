@@ -120,26 +120,6 @@ def align(
     return values
 
 
-def _add_noisy_copies(
-    tensors: np.ndarray, n_copies: int, noise: float, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
-    """Copies (trial · n_copies, sensor, time) in Gaussian noise, and whose copy each is.
-
-    The noise's sd is ``noise`` × each tensor's largest absolute value.
-    """
-    if n_copies < 1 or not (np.isfinite(noise) and noise >= 0):
-        raise InvalidInput(
-            f"noisy copies need n_copies ≥ 1 and noise ≥ 0, got {n_copies} and {noise}."
-        )
-    index = np.repeat(np.arange(len(tensors)), n_copies)
-    scale = noise * np.abs(tensors).max(axis=(1, 2))
-    # single precision: the noise is a fifth of the signal, and this is half of the training time
-    noisy = rng.standard_normal((index.size, *tensors.shape[1:]), dtype=np.float32)
-    noisy *= scale[index, None, None].astype(np.float32)
-    noisy += tensors[index].astype(np.float32)
-    return noisy, index
-
-
 class TransferClassifier(Classifier):
     """One-versus-one linear support vector machine on noisy copies of aligned tensors.
 
@@ -176,14 +156,32 @@ class TransferClassifier(Classifier):
 
     def fit(self, X: np.ndarray, y: Labels) -> "TransferClassifier":
         """Train on tensors (trial, sensor, time); several of them may share a label."""
-        X = _check_tensors(X)
+        X = np.asarray(X, dtype=float)
+        if X.ndim != 3 or 0 in X.shape:
+            raise InvalidInput(f"tensors must be (trial, sensor, time), got shape {X.shape}.")
+        bad = ~np.isfinite(X).all(axis=(1, 2))
+        if bad.any():
+            raise InvalidInput(
+                f"training tensor {int(np.argmax(bad))} holds NaN: no contact, or a missing"
+                " channel. Leave it out."
+            )
         self._keep(X, y)
         self.classes_ = sort_classes(y)
         number = number_labels(y, self.classes_)
         unit = find_scale(X)  # single precision spans fewer decades
-        copies, index = _add_noisy_copies(
-            X / unit, self.n_copies, self.noise, np.random.default_rng(self.random_state)
-        )
+        # copies (trial · n_copies, sensor, time) in Gaussian noise, and whose copy each is
+        if self.n_copies < 1 or not (np.isfinite(self.noise) and self.noise >= 0):
+            raise InvalidInput(
+                f"noisy copies need n_copies ≥ 1 and noise ≥ 0, got {self.n_copies} and"
+                f" {self.noise}."
+            )
+        index = np.repeat(np.arange(len(X)), self.n_copies)
+        scale = self.noise * np.abs(X / unit).max(axis=(1, 2))
+        # single precision: the noise is a fifth of the signal, and this is half of the time
+        rng = np.random.default_rng(self.random_state)
+        copies = rng.standard_normal((index.size, *X.shape[1:]), dtype=np.float32)
+        copies *= scale[index, None, None].astype(np.float32)
+        copies += (X / unit)[index].astype(np.float32)
         self.scale_ = float(np.abs(X).max()) or 1.0
         self.copies_ = copies.reshape(len(copies), -1) / (self.scale_ / unit)
         self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr")
@@ -239,19 +237,6 @@ def _find_temperature(scores: np.ndarray, true: np.ndarray) -> float:
     chosen = np.arange(true.size), true
     fits = [log_softmax(scores / t, axis=1)[chosen].mean() for t in TEMPERATURES]
     return float(TEMPERATURES[int(np.argmax(fits))])
-
-
-def _check_tensors(X: np.ndarray) -> np.ndarray:
-    X = np.asarray(X, dtype=float)
-    if X.ndim != 3 or 0 in X.shape:
-        raise InvalidInput(f"tensors must be (trial, sensor, time), got shape {X.shape}.")
-    bad = ~np.isfinite(X).all(axis=(1, 2))
-    if bad.any():
-        raise InvalidInput(
-            f"training tensor {int(np.argmax(bad))} holds NaN: no contact, or a missing channel."
-            " Leave it out."
-        )
-    return X
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

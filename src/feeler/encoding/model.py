@@ -47,7 +47,7 @@ from feeler.encoding.inputs import (
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.progress import show_progress
 from feeler.records import show_html
-from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.formats import Model, load_model, save_model
 from feeler.tensors.transforms import (
     check_squares,
     find_scale,

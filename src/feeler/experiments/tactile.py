@@ -509,7 +509,15 @@ def touch(
     }
     job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, **options)
     if accuracy is None:
-        _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
+        # warn of objects that are faster than the timestep can follow
+        if isinstance(trials, SampledTrials):
+            speed = float(np.max(trials.columns.get("speed", 0.0)))
+        else:
+            speed = max(trial.speed for trial in trials)
+        for doubt in list_validity_warnings(
+            job.antenna, contact, speed, clock.timestep, fixed=timestep is not None
+        ):
+            warnings.warn(ModelValidityWarning(DOUBT, doubt), stacklevel=2)
     if workers is not None:
         check_workers(workers)
     alone = store is None and executor is None and len(trials) == 1
@@ -566,6 +574,14 @@ def _make_job(
         "flow": flow,
     }
     more = {name: value for name, value in more.items() if value is not None}
+    made_with = {
+        "antenna": antenna,
+        "clock": clock,
+        "contact": contact,
+        "engine": engine,
+    }  # trials: coordinates
+    made_with |= {"accuracy": accuracy} if accuracy is not None else {}
+    made_with |= more
     return _WorkerTask(
         antenna=antenna,
         variants=variants,
@@ -577,7 +593,18 @@ def _make_job(
         save=save,
         dtype=dtype,
         seed=int(seed),
-        attrs=_describe_attributes(antenna, clock, contact, engine, seed, accuracy, more),
+        attrs={
+            "configuration": to_jsonable(
+                made_with | {"seed": seed, "units": "g, mm, ms", "physics": PHYSICS}
+            ),
+            "engine": engine,
+            "versions": list_versions(),
+            "timestep": clock.timestep,
+            "timestep_units": "ms",
+            "contact_time_constant": contact.solref[0],
+            "contact_time_constant_units": "ms",
+            "licence": LICENCE,
+        },
         sampled="trials" in more,
     )
 
@@ -666,18 +693,6 @@ def _name_touches(tensors: xr.Dataset, chosen: np.ndarray) -> str:
     return "; ".join(found) + (f"; and {more} more" if more else "")
 
 
-def _warn_of_speed(
-    antenna: Antenna, trials: Sequence[Trial], contact: Contact, clock: Clock, *, fixed: bool
-) -> None:
-    """Warn of objects that are faster than the timestep can follow."""
-    if isinstance(trials, SampledTrials):
-        speed = float(np.max(trials.columns.get("speed", 0.0)))
-    else:
-        speed = max(trial.speed for trial in trials)
-    for doubt in list_validity_warnings(antenna, contact, speed, clock.timestep, fixed=fixed):
-        warnings.warn(ModelValidityWarning(DOUBT, doubt), stacklevel=3)
-
-
 def _open(store: str | os.PathLike, job: _WorkerTask, trials: Sequence[Trial]) -> "Store":
     """The store of this configuration."""
     from feeler.tensors.store import open_store  # loads zarr, which is an extra
@@ -689,40 +704,6 @@ def _open(store: str | os.PathLike, job: _WorkerTask, trials: Sequence[Trial]) -
 
     made = None if job.sampled else make
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
-
-
-def _describe_attributes(
-    antenna: Antenna,
-    clock: Clock,
-    contact: Contact,
-    engine: str,
-    seed: Seed,
-    accuracy: float | None = None,
-    more: Mapping[str, object] | None = None,
-) -> dict[str, object]:
-    """The attributes of each Dataset of such touches: configuration, engine, versions, timestep,
-    licence.
-    """
-    made_with = {
-        "antenna": antenna,
-        "clock": clock,
-        "contact": contact,
-        "engine": engine,
-    }  # trials: coordinates
-    made_with |= {"accuracy": accuracy} if accuracy is not None else {}
-    made_with |= more or {}
-    return {
-        "configuration": to_jsonable(
-            made_with | {"seed": seed, "units": "g, mm, ms", "physics": PHYSICS}
-        ),
-        "engine": engine,
-        "versions": list_versions(),
-        "timestep": clock.timestep,
-        "timestep_units": "ms",
-        "contact_time_constant": contact.solref[0],
-        "contact_time_constant_units": "ms",
-        "licence": LICENCE,
-    }
 
 
 def _hand_over(tensors: xr.Dataset | None, errors: dict[int, Exception]) -> xr.Dataset:

@@ -152,7 +152,14 @@ def sample_trials(
         says why.
     """
     antenna = antenna or cockroach()
-    known = _make_features(features)
+    if isinstance(features, str) or not len(features):
+        raise InvalidInput(f"features must be a list of kinds or features, got {features!r}.")
+    known = tuple(f if isinstance(f, Feature) else make_feature(f, 1.0) for f in features)
+    if endless := [f.name for f in known if not np.isfinite(f.size)]:
+        raise InvalidInput(
+            f"{endless[0]} has no size to be drawn; list bounded shapes, or make its trials one by"
+            " one."
+        )
     if not sides or not {*sides} <= {"left", "right"}:
         raise InvalidInput(f"sides must be left, right or both, got {[*sides]}.")
     fields = (locations, speeds, approach, friction, lead)
@@ -178,18 +185,6 @@ def sample_trials(
     trials = SampledTrials(columns, known, antenna, recipe)
     _redraw(trials, antenna, lambda again: _draw(n, spreads, len(known), [*sides], seed, again))
     return trials
-
-
-def _make_features(features: Sequence[Any]) -> tuple[Feature, ...]:
-    if isinstance(features, str) or not len(features):
-        raise InvalidInput(f"features must be a list of kinds or features, got {features!r}.")
-    made = tuple(f if isinstance(f, Feature) else make_feature(f, 1.0) for f in features)
-    if endless := [f.name for f in made if not np.isfinite(f.size)]:
-        raise InvalidInput(
-            f"{endless[0]} has no size to be drawn; list bounded shapes, or make its trials one by"
-            " one."
-        )
-    return made
 
 
 def _draw(

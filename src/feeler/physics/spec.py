@@ -587,19 +587,15 @@ def write_mjcf(
         key.qpos = [*scene.initial_angle, 0.0, 0.0, 0.0]
         key.qvel = [*scene.initial_velocity, *scene.objects[0].velocity, scene.objects[0].turn]
     if units == "si":
-        _convert_key(model, key)
+        # lengths in m and angular velocities in rad/s; mm/ms are m/s
+        place, rate = np.ones(model.nq), np.full(model.nv, 1 / _SI)
+        slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
+        place[model.jnt_qposadr[slides]], rate[model.jnt_dofadr[slides]] = _SI, 1.0
+        key.qpos = np.asarray(key.qpos) * place
+        if len(key.qvel):
+            key.qvel = np.asarray(key.qvel) * rate
     spec.compile()
     return _write(spec, Path(path))
-
-
-def _convert_key(model: mujoco.MjModel, key: mujoco.MjsKey) -> None:
-    """Lengths in m and angular velocities in rad/s; mm/ms are m/s."""
-    place, rate = np.ones(model.nq), np.full(model.nv, 1 / _SI)
-    slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
-    place[model.jnt_qposadr[slides]], rate[model.jnt_dofadr[slides]] = _SI, 1.0
-    key.qpos = np.asarray(key.qpos) * place
-    if len(key.qvel):
-        key.qvel = np.asarray(key.qvel) * rate
 
 
 def _write(spec: mujoco.MjSpec, path: Path) -> Path:

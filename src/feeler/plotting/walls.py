@@ -21,9 +21,8 @@ from feeler.plotting.antennas import (
     write_movie,
 )
 from feeler.plotting.style import PALETTE, style
-from feeler.wall.approach import Approach, find_peak, find_sweep_peak
+from feeler.wall.approach import Approach, WallTouch, find_peak, find_sweep_peak
 from feeler.wall.following import Run
-from feeler.wall.sliding import WallTouch
 
 APPROACH_SLOWER, FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
 _STEPS_FPS = 6  # equilibria a second, which have no time

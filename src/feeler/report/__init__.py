@@ -134,7 +134,14 @@ class Section:
             unjoin(figure)
             fix_layout(figure)
             panels = list_tensors(figure)
-            _save_png(figure, self.folder / f"{name}.png")
+            # without the layer for transparency, which every picture fills: a fifth smaller than
+            # what `savefig` writes
+            figure.set_dpi(dpi := rcParams["savefig.dpi"])
+            canvas = FigureCanvasAgg(figure)
+            canvas.draw()
+            Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(
+                self.folder / f"{name}.png", compress_level=6, dpi=(dpi, dpi)
+            )
             if self.vector:
                 self._pages.savefig(figure)
         return (width, height), panels
@@ -205,18 +212,6 @@ def make_spread(value: float, low: float, high: float, *, n: int) -> dict[str, f
 def make_interval(mean: float, half: float, *, n: int) -> dict[str, float]:
     """``mean`` ± ``half`` of ``n`` draws."""
     return make_spread(mean, mean - half, mean + half, n=n)
-
-
-def _save_png(figure: Figure, path: Path) -> None:
-    """Without the layer for transparency, which every picture fills: a fifth smaller than what
-    ``savefig`` writes.
-    """
-    figure.set_dpi(dpi := rcParams["savefig.dpi"])
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(
-        path, compress_level=6, dpi=(dpi, dpi)
-    )
 
 
 def _show(cell: object) -> str:

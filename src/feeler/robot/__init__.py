@@ -7,9 +7,13 @@ from feeler.robot.description import (
     ROBOT_FACTS,
     Flexures,
     RobotFile,
+    compute_tip,
+    get_label,
     load_robot,
     make_flexures,
     make_robot,
+    make_touches,
+    simulate_touches,
     write_robot,
 )
 from feeler.robot.fit import (
@@ -46,12 +50,6 @@ from feeler.robot.surrogate import (
     Surrogate,
     make_surrogate,
     subtract_rest,
-)
-from feeler.robot.touches import (
-    compute_tip,
-    get_label,
-    make_touches,
-    simulate_touches,
 )
 
 __all__ = [

@@ -23,11 +23,10 @@ from feeler.errors import InvalidInput
 from feeler.objects import Box, Feature, Outline, Trial
 from feeler.progress import Advance, show_progress
 from feeler.renamed import rename_arguments
-from feeler.robot.description import make_robot
+from feeler.robot.description import Label, compute_tip, make_robot, make_touches
 from feeler.robot.reality import Touches, touch_robots
 from feeler.robot.recordings import Recording
 from feeler.robot.surrogate import Gap, make_surrogate
-from feeler.robot.touches import Label, compute_tip, make_touches
 from feeler.validation import Count, Seed, checked
 
 # What a classifier learns from: touches of surrogate robots, and of unknown beside them.

@@ -11,9 +11,8 @@ from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.records import Gt, Shown
-from feeler.robot.description import Flexures, make_robot
+from feeler.robot.description import INTERVAL, Flexures, compute_tip, make_robot
 from feeler.robot.recordings import Recording
-from feeler.robot.touches import INTERVAL, compute_tip
 from feeler.validation import checked
 
 _MAX_UPDATES = 12
@@ -174,7 +173,12 @@ def fit_factors(
             reached = _measure_ringing(clock, compute_tip(antenna, motion))
         except InvalidInput:
             break
-        error = _distance(reached, target)
+        error = float(
+            np.hypot(
+                reached.frequency / target.frequency - 1,
+                reached.damping_ratio / target.damping_ratio - 1,
+            )
+        )
         if best is None or error < best.error:
             best = RobotFit(
                 stiffness_factor=float(factors[0]),
@@ -228,15 +232,6 @@ def _solve_factors(target: DampedCosine, theory: Antenna) -> np.ndarray:
     omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
     p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
     return np.array([p1, 2 * target.damping_ratio * p1 / omega])
-
-
-def _distance(reached: DampedCosine, target: DampedCosine) -> float:
-    return float(
-        np.hypot(
-            reached.frequency / target.frequency - 1,
-            reached.damping_ratio / target.damping_ratio - 1,
-        )
-    )
 
 
 def _find_release(recording: Recording) -> tuple[np.ndarray, float]:

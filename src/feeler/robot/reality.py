@@ -23,7 +23,17 @@ from feeler.errors import InvalidInput
 from feeler.objects import Trial
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.progress import Advance, show_progress
-from feeler.robot.description import make_robot
+from feeler.robot.description import (
+    ROBOT_SPEEDS,
+    Label,
+    _list_lengths,
+    _simulate_pairs,
+    compute_tip,
+    get_label,
+    make_robot,
+    make_touches,
+    simulate_touches,
+)
 from feeler.robot.recordings import Recording
 from feeler.robot.surrogate import (
     Gap,
@@ -32,16 +42,6 @@ from feeler.robot.surrogate import (
     _draw_trial,
     _make_tip_touches,
     make_surrogate,
-)
-from feeler.robot.touches import (
-    ROBOT_SPEEDS,
-    Label,
-    _list_lengths,
-    _simulate_pairs,
-    compute_tip,
-    get_label,
-    make_touches,
-    simulate_touches,
 )
 from feeler.validation import Count, Seed, checked
 

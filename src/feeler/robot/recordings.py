@@ -238,6 +238,13 @@ def load_recording(
     if absent:
         values = np.insert(values, [n - 1 - k for k, n in enumerate(absent)], np.nan, axis=0)
     _check_turn(table, values, kept, chosen)
+    # columns that are neither time nor channels
+    left = [
+        f"{name} (text)" if name in table.words else name
+        for k, name in enumerate(table.columns)
+        if k not in columns and name != _find_time(table) and not _JOINT_STATE.fullmatch(name)
+    ]
+    more = f", … ({len(left)} in all)" if len(left) > 12 else ""
     return Recording(
         time=time,
         values=values,
@@ -258,7 +265,7 @@ def load_recording(
                 for name in ("publishers", "clock", "cut")
                 if name in table.notes
             ),
-            *_list_left(table, columns),
+            *([f"left out, being no channels: {', '.join(left[:12])}{more}"] if left else []),
             *(
                 ["the board's clock of 32 bits began anew; time goes on"]
                 if not np.array_equal(written, time)
@@ -311,17 +318,6 @@ def find_time_factor(unit: str) -> float:
     if unit not in _TIME_UNITS:
         raise InvalidInput(f"time_unit={unit!r} is unknown; valid: {_TIME_VALID}.")
     return _TIME_UNITS[unit]
-
-
-def _list_left(table: Table, columns: list[int]) -> list[str]:
-    """A line of history on the columns that are neither time nor channels, if there are any."""
-    left = [
-        f"{name} (text)" if name in table.words else name
-        for k, name in enumerate(table.columns)
-        if k not in columns and name != _find_time(table) and not _JOINT_STATE.fullmatch(name)
-    ]
-    more = f", … ({len(left)} in all)" if len(left) > 12 else ""
-    return [f"left out, being no channels: {', '.join(left[:12])}{more}"] if left else []
 
 
 def _number_joints(table: Table, joints: Sequence[str] = ()) -> Table:

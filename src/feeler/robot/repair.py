@@ -10,9 +10,8 @@ import xarray as xr
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.records import Choice, Gt
-from feeler.robot.description import make_robot
+from feeler.robot.description import INTERVAL, make_robot
 from feeler.robot.recordings import Recording
-from feeler.robot.touches import INTERVAL
 from feeler.tensors import make_tensors, validate
 from feeler.validation import checked
 

@@ -13,18 +13,20 @@ from feeler.objects import Trial
 from feeler.objects.task import NAMES as NUISANCES
 from feeler.objects.task import Nuisances
 from feeler.records import Ge, Lt, Record
-from feeler.robot.description import MOUNT, ROBOT_FACTS, make_robot
-from feeler.robot.recordings import Recording
-from feeler.robot.repair import repair
-from feeler.robot.sensors import SensorCalibration, fit_sensors
-from feeler.robot.touches import (
+from feeler.robot.description import (
     INTERVAL,
+    MOUNT,
+    ROBOT_FACTS,
     ROBOT_LEAD,
     ROBOT_LOCATIONS,
     ROBOT_SPEEDS,
     _simulate_pairs,
+    make_robot,
     make_touches,
 )
+from feeler.robot.recordings import Recording
+from feeler.robot.repair import repair
+from feeler.robot.sensors import SensorCalibration, fit_sensors
 from feeler.validation import Count, checked
 
 # The reality gap as numbers: how far a surrogate robot may differ from the model.

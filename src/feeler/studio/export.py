@@ -4,7 +4,7 @@ import base64
 import io
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from importlib.metadata import metadata, version
 from importlib.resources import files
@@ -109,18 +109,6 @@ def _add(name: str, done: dict[str, str]) -> None:
 def write_module() -> str:
     """The module that a notebook loads: it hands out ``render``."""
     return _bundle() + "\nexport default { render };\n"
-
-
-def _fill_page(config: Mapping[str, Any]) -> str:
-    """A page of HTML that computes by itself; ``config`` is what this module puts together.
-
-    Its engine is text that a worker runs, or the page itself where workers are not allowed.
-    """
-    data = json.dumps(config, allow_nan=False).replace("<", "\\u003c")
-    parts = {"script": _bundle("alone.js"), "engine": _bundle("worker.js")}
-    code = {name: text.replace("</", "<\\/") for name, text in parts.items()}
-    icon = _ICON.findall(read_page("index.html"))[0]
-    return _SHELL.format(csp=_CSP, icon=icon, css=read_page("studio.css"), config=data, **code)
 
 
 # A wish as a Python script: running it gives the same tensor, to the last bit of its float32.
@@ -383,8 +371,16 @@ def write_touch_page(
         "doi": _DOI,
         "home": homes.get("Repository") or homes.get("Homepage") or "",
     }
+    # the engine is text that a worker runs, or the page itself where workers are not allowed
+    parts = {"script": _bundle("alone.js"), "engine": _bundle("worker.js")}
+    code = {name: text.replace("</", "<\\/") for name, text in parts.items()}
+    icon = _ICON.findall(read_page("index.html"))[0]
     for step in _STEPS:
-        page = _fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
+        config["taught"] = _teach_all(choices, speeds, unsure, step)
+        data = json.dumps(config, allow_nan=False).replace("<", "\\u003c")
+        page = _SHELL.format(
+            csp=_CSP, icon=icon, css=read_page("studio.css"), config=data, **code
+        )
         if len(page) <= _LARGEST:
             break
     return page

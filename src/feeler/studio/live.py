@@ -3,7 +3,7 @@
 import re
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import chain, islice, pairwise
 from pathlib import Path
@@ -106,7 +106,9 @@ class Hand:
                 new = self._steer(simulation, done, max(_GLIDE, 1.5e3 * _FRAME_HAND * pace))
                 commands += new
                 _apply(simulation, new)
-                if _is_still(simulation, commands):
+                last = {what: (vx, vy, turn) for _, what, vx, vy, turn in commands}
+                moving = any(abs(number) > 0 for rates in last.values() for number in rates)
+                if not moving and float(np.abs(simulation.state.velocity).max()) < _STILL:
                     due = float(done)
                     break
                 simulation.step(SAMPLE_INTERVAL)
@@ -185,12 +187,6 @@ def read_commands(value: Any) -> list[Command]:
         numbers = [read_number(number, "command", -1e5, 1e5) for number in row]
         found.append((int(numbers[0]), int(numbers[1]), numbers[2], numbers[3], numbers[4]))
     return found
-
-
-def _is_still(simulation: Simulations, commands: list[Command]) -> bool:
-    last = {what: (vx, vy, turn) for _, what, vx, vy, turn in commands}
-    moving = any(abs(number) > 0 for rates in last.values() for number in rates)
-    return not moving and float(np.abs(simulation.state.velocity).max()) < _STILL
 
 
 # Samples of a real antenna in, what a page is shown out.
@@ -394,7 +390,14 @@ def listen(
             f"the calibration is for {calibration.n_hinges} hinges, the board has {n_channels}"
             " channels."
         )
-    listener = Listener(antenna, calibration, interval := _find_interval(known, n_channels))
+    # usual time between samples [ms]; without times a millisecond
+    samples = [sample for sample in _read(known, n_channels) if sample is not None]
+    times = np.array([time for time, _ in samples if time is not None], dtype=float)
+    steps = np.diff(times)
+    steps = steps[steps > 0]
+    usual = steps[steps < 1.5 * np.median(steps)] if steps.size else [SAMPLE_INTERVAL]
+    interval = float(np.mean(usual))
+    listener = Listener(antenna, calibration, interval)
     listener.learn(find(antenna))
     say({"part": "begin", "total": _WINDOW, "interval": interval, "rims": [], "preview": False,
          "antenna": describe_antenna(antenna), "robot": antenna is not given})  # fmt: skip
@@ -430,26 +433,17 @@ def _read(
     for line in lines:
         if not line.strip() or line.lstrip().startswith(b"#"):
             continue
-        samples = _parse(line, n_channels, link)
-        bad = 0 if samples is not None else bad + 1
+        broken = link.broken
+        samples = take_line(line, n_channels, link)  # also those lost before it, as NaN
+        damaged = not samples and link.broken > broken
+        bad = bad + 1 if damaged else 0
         if bad >= _PATIENCE:
             raise InvalidInput(
                 f"{_PATIENCE} lines in a row are no samples, such as {line[:60]!r}: a sample is"
                 f" {n_channels} numbers, the time in ms before them, or a line as feeler's sketch"
                 " sends it."
             )
-        yield from [None] if samples is None else samples
-
-
-def _parse(
-    line: bytes, n_channels: int, link: Link
-) -> Sequence[tuple[float | None, np.ndarray]] | None:
-    """The samples that a line adds, those lost before it among them as NaN; None where it is
-    damaged.
-    """
-    broken = link.broken
-    samples = take_line(line, n_channels, link)
-    return samples if samples or link.broken == broken else None
+        yield from [None] if damaged else samples
 
 
 def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
@@ -495,17 +489,6 @@ def _is_time(cells: list[str]) -> bool:
         return all(float(b) - float(a) > _LEAST_STEP for a, b in pairwise(cells))
     except ValueError:
         return False
-
-
-def _find_interval(known: list[bytes], n_channels: int) -> float:
-    """Usual time between samples [ms]; without times a millisecond."""
-    samples: list[Any] = [sample for sample in _read(known, n_channels) if sample is not None]
-    times = np.array([time for time, _ in samples if time is not None], dtype=float)
-    steps = np.diff(times)
-    steps = steps[steps > 0]
-    return (
-        float(steps[steps < 1.5 * np.median(steps)].mean()) if steps.size else SAMPLE_INTERVAL
-    )
 
 
 # Files dropped on the page: an antenna file, a recording of one's own, or the calibration of

@@ -105,7 +105,12 @@ def _make_antenna(wish: AntennaRequest) -> Antenna:
         )
     for name in ("stiffness", "damping"):
         if (handles := getattr(wish, name)) is not None:
-            changes[name] = _sample_handles(handles, original.n_segments)
+            # one value per segment (segment,): straight lines of the logarithm between handles,
+            # level beyond them
+            at, values = [pair[0] for pair in handles], [pair[1] for pair in handles]
+            changes[name] = np.exp(
+                np.interp(np.linspace(0.0, 1.0, original.n_segments), at, np.log(values))
+            )
     if wish.matched and "stiffness" in changes:
         changes["stiffness"] *= _compute_compliance(changes["stiffness"]) / _compute_compliance(
             original.stiffness
@@ -124,14 +129,6 @@ def _make_antenna(wish: AntennaRequest) -> Antenna:
     if wish.name:
         changes["name"] = wish.name
     return original.replace(**changes) if changes else original
-
-
-def _sample_handles(handles: Sequence[tuple[float, float]], n_segments: int) -> np.ndarray:
-    """One value per segment (segment,): straight lines of the logarithm between handles, level
-    beyond them.
-    """
-    at, values = [pair[0] for pair in handles], [pair[1] for pair in handles]
-    return np.exp(np.interp(np.linspace(0.0, 1.0, n_segments), at, np.log(values)))
 
 
 def _compute_compliance(stiffness: np.ndarray) -> float:

@@ -286,11 +286,7 @@ def show_studio(antenna: Antenna | str = "exponential") -> Any:
     InvalidInput
         No preset of this name.
     """
-    return _make_widget(wish_for(antenna))
-
-
-def _make_widget(wish: AntennaRequest) -> Any:
-    """The widget of a wish."""
+    wish = wish_for(antenna)
     require_extra("anywidget", "notebook", "the studio in a notebook")
     import anywidget
 

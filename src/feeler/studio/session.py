@@ -288,7 +288,17 @@ class Session:
                     f"unknown message {asked[:40]!r}; valid: {', '.join(self._tasks)}, aim, stop."
                 )
             kind, task = self._tasks[asked]
-            about = {"type": kind, "slot": _read_slot(message), "id": _read_id(message)}
+            number = message.get("id", 0)
+            if (
+                isinstance(number, bool)
+                or not isinstance(number, int)
+                or not 0 <= number < 2**53
+            ):
+                raise InvalidInput(f"id must be a whole number, got {str(number)[:40]!r}.")
+            slot = message.get("slot", "A")
+            if slot not in _SLOTS:
+                raise InvalidInput(f"slot must be A or B, got {str(slot)[:40]!r}.")
+            about = {"type": kind, "slot": slot, "id": number}
         except InvalidInput as error:
             self._desk.give(
                 "answer", partial(self._answer, {"type": "error", "message": str(error)})
@@ -488,17 +498,3 @@ def _advise(asked: str) -> str:
         f"{what} cannot be computed: the softest hinges are too soft for it. Choose a gentler"
         " gradient, a stiffer antenna, or a slower or smaller object."
     )
-
-
-def _read_slot(message: dict[str, Any]) -> str:
-    slot = message.get("slot", "A")
-    if slot not in _SLOTS:
-        raise InvalidInput(f"slot must be A or B, got {str(slot)[:40]!r}.")
-    return slot
-
-
-def _read_id(message: dict[str, Any]) -> int:
-    number = message.get("id", 0)
-    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < 2**53:
-        raise InvalidInput(f"id must be a whole number, got {str(number)[:40]!r}.")
-    return number

@@ -8,9 +8,12 @@ from feeler.wall.approach import (
     Approach,
     Peak,
     Posture,
+    WallTouch,
     approach,
+    drive,
     find_peak,
     find_sweep_peak,
+    slide,
 )
 from feeler.wall.distance import (
     Case,
@@ -32,7 +35,6 @@ from feeler.wall.following import (
     follow,
     make_turn,
 )
-from feeler.wall.sliding import WallTouch, drive, slide
 
 __all__ = [
     "DISTANCES",
