@@ -245,12 +245,6 @@ def places():
     )
 
 
-def test_every_hypothesis_is_felt_in_every_touch(places):
-    assert places.felt.shape == (4, 18, 56, 25)
-    assert np.bincount(places.label).tolist() == [9, 9]
-    assert np.all(np.abs(places.felt).max(axis=(2, 3)) > 1e-4)
-
-
 def test_who_chooses_by_information_needs_fewer_touches(places):
     counts = {
         name: search_places(places, name, 0.02, n=40, most=8)

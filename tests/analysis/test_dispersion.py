@@ -45,15 +45,6 @@ def make_pairs(n_pairs=4, seed=0):
 
 
 @pytest.mark.parametrize("index", INDICES)
-@pytest.mark.parametrize("block", [3, 256])
-def test_planted_pairs_find_each_other(index, block):
-    tensors = make_pairs()
-    options = {"n_bins": 16} if index == "nmi" else {}
-    closest = search_closest(tensors, index, block=block, **options)
-    np.testing.assert_array_equal(closest.trial, np.arange(8) ^ 1)
-
-
-@pytest.mark.parametrize("index", INDICES)
 def test_search_in_blocks_equals_the_full_matrix(index):
     tensors = np.random.default_rng(3).random((11, 12, 13))
     expected = find_closest(MATRIX[index](tensors), greatest=index != "mse")
@@ -68,12 +59,6 @@ def test_closest_is_the_greatest_unless_it_is_said_to_be_the_least():
     found, least = find_closest(matrix), find_closest(matrix, greatest=False)
     np.testing.assert_array_equal([found.trial, found.value], [[2, 2, 1], [2, 3, 3]])
     np.testing.assert_array_equal([least.trial, least.value], [[1, 0, 0], [1, 1, 2]])
-
-
-def test_two_tensors_are_each_others_closest():
-    np.testing.assert_array_equal(
-        find_closest(np.array([[1.0, 0.3], [0.3, 1.0]])).trial, [1, 0]
-    )
 
 
 def test_first_of_equals_is_taken_in_any_block_size():
@@ -281,14 +266,6 @@ def tensors():
         "linear": make_tensors(0.8),
         "uniform": make_tensors(0.1),
     }
-
-
-def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
-    listed = list_groups(tensors)
-    assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
-    assert list(listed["profile"]) == ["exponential", "linear", "uniform"]
-    labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
-    assert len(set(labels)) == 1 and len(labels[0]) == 12
 
 
 def test_antennas_may_have_different_numbers_of_sensors(tensors):

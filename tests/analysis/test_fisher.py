@@ -98,23 +98,6 @@ def test_no_change_before_contact(derived):
     )
 
 
-def test_faster_is_earlier():
-    """For a quasi-static touch, one per cent of speed moves the tensor along time by one per cent
-    of the time since contact.
-    """
-    antenna = feeler.presets.cockroach()
-    trial = feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06)
-    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)[
-        "derivative"
-    ].values[0, 0]
-    angle = feeler.touch(antenna, [trial] * 2, duration=80.0)["angle"].values[
-        0
-    ]  # lanes as above, compiled already
-    shift = np.gradient(angle, axis=1) * (np.arange(80.0) - trial.lead) / 100
-    late = slice(30, 78)
-    assert np.corrcoef(found[:, late].ravel(), shift[:, late].ravel())[0, 1] > 0.98
-
-
 def test_what_has_no_size_is_refused():
     with pytest.raises(InvalidInput, match="leave the parameter 'size' out"):
         differentiate_touches(

@@ -219,11 +219,6 @@ def test_what_is_no_regular_file_is_refused(tmp_path):
             load_antenna(f"{tmp_path}/{name}")
 
 
-def test_an_unknown_source_is_refused():
-    with pytest.raises(InvalidInput, match="no quantity 'colour'"):
-        write_antenna(cockroach(), {"colour": Source()})
-
-
 def test_a_tag_may_name_every_kind_of_source_and_no_other():
     assert Source(tag="P+A+D+B+C").tag == "P+A+D+B+C"
     with pytest.raises(InvalidInput, match=r"tag must be one of .*got 'P\+X'"):

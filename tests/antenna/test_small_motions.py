@@ -58,12 +58,6 @@ def test_modes_and_first_order_damping_are_those_of_the_headings(n_modes):
         )
 
 
-def test_damping_in_proportion_to_stiffness_damps_each_mode_in_proportion_to_its_frequency():
-    antenna = ANTENNA.replace(damping=0.7 * ANTENNA.stiffness)
-    found = compute_modes(antenna, 3)
-    np.testing.assert_allclose(found.damping_ratio, 0.7 * np.pi * found.frequency, rtol=1e-10)
-
-
 @pytest.mark.parametrize("frequency", [0.0, 0.3, 1.1, 40.0])
 def test_a_shaken_base_is_the_response_of_the_headings(frequency):
     inertia, damper, spring, pull = write_out(ANTENNA)
@@ -75,18 +69,6 @@ def test_a_shaken_base_is_the_response_of_the_headings(frequency):
     found = compute_base_response(ANTENNA, np.array([frequency]))
     assert found.shape == (1, 4) and found[0, 0] == 1
     np.testing.assert_allclose(found[0], place, rtol=1e-10)
-
-
-def test_a_shake_far_above_all_modes_leaves_a_lone_rods_centre_of_percussion_still():
-    """A free rod pushed at one end turns about the point two thirds along it: its other end swings
-    by −½.
-    """
-    rod = Antenna(
-        segment_length=[3.0], segment_mass=[1e-3], radius=0.1, stiffness=[1e-3], damping=[1e-4]
-    )
-    np.testing.assert_allclose(
-        compute_base_response(rod, np.array([1e3]))[0], [1.0, -0.5], atol=1e-4
-    )
 
 
 def test_variants_are_the_antenna_times_their_factors_tilted_about_its_middle():

@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 from scipy.stats import norm
 from sklearn.base import clone
-from sklearn.exceptions import NotFittedError
 
 from feeler.analysis import compute_information
 from feeler.decoding import (
@@ -23,7 +22,6 @@ from feeler.decoding import (
     measure_classifier,
 )
 from feeler.decoding.classifiers import count_until
-from feeler.decoding.network import TouchNetwork
 from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.streams import StreamDecoder
 from feeler.decoding.transfer import TransferClassifier
@@ -150,33 +148,6 @@ def test_a_sweep_of_codes_of_no_size_says_so(classifier):
             InvalidInput, match=r"magnitude of the codes is .*squares are numbers"
         ):
             compute_sweep(tensors, labels, held_out=(factor * tensors, labels), **how)
-
-
-def test_every_registered_classifier_is_made_by_its_name():
-    assert set(CLASSIFIERS) == {"lda", "svm", "cnn", "templates", "stream", "ideal"}
-    for make in CLASSIFIERS.values():
-        assert hasattr(make(), "predict_proba")
-    with pytest.raises(InvalidInput, match="unknown classifier 'knn'; valid: lda"):
-        CLASSIFIERS["knn"]
-
-
-@pytest.mark.parametrize("classifier", [*ALL.values(), TouchNetwork()], ids=[*ALL, "cnn"])
-def test_a_classifier_asked_before_it_was_fitted_says_so(classifier):
-    from sklearn.base import clone
-
-    for ask in ("predict", "predict_proba"):
-        with pytest.raises(
-            InvalidInput, match="asked before it was fitted; call fit"
-        ) as caught:
-            getattr(clone(classifier), ask)(make_touches()[0])
-        assert isinstance(caught.value, NotFittedError)
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_other_sensors_than_learned_are_refused(name):
-    classifier = ALL[name].fit(*make_touches())
-    with pytest.raises(InvalidInput, match="sensors"):
-        classifier.predict_proba(make_touches()[0][:, :1])
 
 
 def test_a_deadline_counts_from_contact():

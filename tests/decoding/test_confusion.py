@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from feeler.decoding import encode_with, explain_confusion, make_codes, make_labels, make_null
+from feeler.decoding import encode_with, explain_confusion, make_codes, make_labels
 from feeler.errors import InvalidInput
 
 ATTRIBUTES = {"feature": ["ball", "ball", "box", "box"], "size": [1.5, 3.0, 1.5, 3.0]}
@@ -31,12 +31,6 @@ def test_what_is_never_wrong_is_not_listed():
     once = np.zeros((4, 4))
     once[0, 0] = 1  # a single trial
     assert explain_confusion(once, ATTRIBUTES).describe() == "all right"
-
-
-def test_shares_add_up():
-    counts = np.random.default_rng(0).integers(1, 9, (4, 4))
-    confused = explain_confusion(counts, ATTRIBUTES)
-    assert confused.correct + sum(confused.wrong.values()) == pytest.approx(1)
 
 
 def test_labels_are_readable():
@@ -69,12 +63,6 @@ def test_each_kind_of_code_comes_from_its_own_call():
 def test_raw_needs_no_encoder():
     tensors = np.ones((2, 3, 4))
     np.testing.assert_array_equal(make_codes(tensors, None, ["raw"])["raw"], tensors)
-
-
-def test_null_is_one_typical_tensor_repeated():
-    tensors = np.array([1.0, 5.0, 3.0])[:, None, None] * np.ones((3, 2, 2))
-    np.testing.assert_array_equal(make_null(tensors, 4), 3 * np.ones((4, 2, 2)))
-    np.testing.assert_array_equal(make_null(tensors[:1], 2), np.repeat(tensors[:1], 2, axis=0))
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from sklearn.base import BaseEstimator
 
 from feeler.decoding import Relative, sweeps
 from feeler.decoding.curves import (
-    Curve,
     Group,
     PeakEncoder,
     _repeat_code,
@@ -111,15 +110,11 @@ def test_stronger_tensors_stand_common_noise_better(curves):
     assert found["strong"].mean() > found["weak"].mean() + 0.1
 
 
-def test_curve_names_what_it_is():
-    assert Curve("slow", "joint", "relative", 10).when == "after"
-    with pytest.raises(InvalidInput, match="n_repeats"):
-        compute_sweep(np.ones((2, 1, 1)), [0, 1], n_repeats=0)
-
-
-def test_a_seed_is_a_whole_number_from_0():
+def test_a_seed_and_a_number_of_repeats_are_whole_and_not_negative():
     with pytest.raises(InvalidInput, match="random_state must be ≥ 0, got -1"):
         PeakEncoder(random_state=-1)
+    with pytest.raises(InvalidInput, match="n_repeats"):
+        compute_sweep(np.ones((2, 1, 1)), [0, 1], n_repeats=0)
 
 
 PLAN_NULL = Plan(ratios=(0.05,), n_repeats=2, n_copies=4, null_iter=7)

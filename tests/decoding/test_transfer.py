@@ -56,23 +56,6 @@ def test_alignment_undoes_shifts_and_goes_on_at_rest():
     np.testing.assert_array_equal(wide[0, 0, :180], np.full(180, touches[0][0, 0]))
 
 
-def test_touches_without_contact_are_kept_apart():
-    touches = [np.stack([_bump(120)] * 2), np.zeros((2, 400))]
-    aligned = align(touches, [touch[0] for touch in touches], before=50, after=50)
-    assert np.isfinite(aligned[0]).all()
-    assert np.isnan(aligned[1]).all()
-
-
-def test_classes_learned_are_told_apart():
-    tensors, labels = _set()
-    classifier = TransferClassifier().fit(tensors, labels)
-    assert classifier.predict(tensors).tolist() == labels
-    assert all(
-        label in best
-        for label, best in zip(labels, classifier.predict_top(tensors, 2), strict=True)
-    )
-
-
 @pytest.mark.parametrize("n_classes", [2, 5])
 def test_votes_equal_scikit_learn_on_the_flat_copies(n_classes):
     tensors, labels = _set(n_classes)

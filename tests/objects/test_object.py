@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from feeler import Ball, BaseMotion, Box, Object, Outline, Trial, Triangle, presets
 from feeler.errors import InvalidInput
-from feeler.objects import make_feature, make_object, make_objects, place
+from feeler.objects import make_object, make_objects, place
 from feeler.objects.bodies import check_clear
 from feeler.objects.shapes import split_convex
 from feeler.objects.trials import trials
@@ -41,18 +41,6 @@ def test_the_object_of_a_trial_stands_where_the_trial_is_placed(side, approach):
         trial.shape,
         0.0,
     )
-
-
-def test_plain_data_gives_the_object_back():
-    item = Object(
-        feature=Box(half_width=1, half_height=2),
-        place=(-5, 3),
-        forward=(0.6, 0.8),
-        velocity=(1, 0),
-        turn=0.1,
-        name="b",
-    )
-    assert Object(**item.to_plain()) == item
 
 
 def test_objects_and_trials_may_stand_together():
@@ -196,11 +184,6 @@ def test_feature_bigger_than_the_antenna_is_refused():
 def test_bad_outlines_are_refused(vertices, message):
     with pytest.raises(InvalidInput, match=message):
         Outline(vertices=vertices)
-
-
-def test_unknown_feature_lists_the_valid_ones():
-    with pytest.raises(InvalidInput, match="ball, box, triangle, outline, wall"):
-        make_feature("cube", 1.0)
 
 
 @settings(max_examples=60, deadline=None)

@@ -109,26 +109,6 @@ def test_antennas_that_cannot_be_are_refused(options, words):
         sample_antennas(**{"n": 3, **options})
 
 
-def test_bases_move_as_drawn():
-    trials = sample_trials(20, base={"x": (-0.05, 0.05), "turn": 0.001})
-    assert {trial.base.turn for trial in trials} == {0.001}
-    assert len({trial.base.velocity for trial in trials}) == 20
-
-
-def test_variants_differ_in_what_was_asked_for_alone():
-    stiff = sample_antennas(2, ANTENNA, stiffness=2.0, damping=1.0, mass=1.0, gradient=0.0)[1]
-    np.testing.assert_allclose(stiff.stiffness, 2 * ANTENNA.stiffness)
-    assert stiff.replace(stiffness=ANTENNA.stiffness, name=ANTENNA.name) == ANTENNA
-    damped = sample_antennas(1, ANTENNA, stiffness=1.0, damping=3.0, mass=1.0, gradient=0.0)[0]
-    np.testing.assert_allclose(damped.damping, 3 * ANTENNA.damping)
-    heavy = sample_antennas(1, ANTENNA, stiffness=1.0, damping=1.0, mass=1.5, gradient=0.0)[0]
-    np.testing.assert_allclose(heavy.segment_mass, 1.5 * ANTENNA.segment_mass)
-    tilted = sample_antennas(1, ANTENNA, stiffness=1.0, damping=1.0, mass=1.0, gradient=1.0)[0]
-    assert (tilted.stiffness / ANTENNA.stiffness)[[0, -1]] == pytest.approx(
-        np.exp([-0.5, 0.5]), rel=0.01
-    )
-
-
 @pytest.mark.long
 def test_sampled_touches_of_sampled_antennas_carry_every_parameter(tmp_path):
     small = feeler.Antenna(

@@ -170,10 +170,6 @@ def test_different_durations_are_never_mended_in_silence():
     with pytest.raises(InvalidInput, match="30 to 50 samples"):
         make_dataset(pair)
     assert make_dataset(pair, lengths="crop").sizes["time"] == 30
-    held = make_dataset(pair, lengths="hold")
-    np.testing.assert_array_equal(
-        held["angle"][1, :, 30:], np.tile(pair[1].values[:, -1:], (1, 20))
-    )
 
 
 @pytest.mark.parametrize(

@@ -79,9 +79,6 @@ def test_four_crossings_of_rest_are_two_cycles():
     assert (ringing.frequency, ringing.damping_ratio) == pytest.approx((0.001, 0.1), rel=1e-3)
     with pytest.raises(InvalidInput, match="crosses rest 3 times; at least 4"):
         _measure_ringing(TIME[:1600], _cosine(0.001, 0.1)[:1600])
-
-
-def test_uneven_time_is_refused():
     with pytest.raises(InvalidInput, match="not evenly sampled"):
         _measure_ringing(TIME**1.1, _cosine(0.005, 0.05))
 
@@ -158,26 +155,15 @@ def test_unsuitable_recordings(recording, message):
         fit_factors(recording)
 
 
-def test_stiffness_of_a_worked_example():
-    # E w t³ / (12 ℓ) = 2500 · 11 · 0.05³ / (12 · 0.5) = 0.572916… N·mm/rad
-    stiffness = make_flexures(thickness=0.05, length=0.5).stiffness
-    assert stiffness[0] == pytest.approx(0.5729166666666667, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("field", "power"), [("thickness", 3), ("modulus", 1), ("length", -1), ("width", 1)]
-)
-def test_stiffness_scales_with_each_measure(field, power):
-    base = make_flexures()
-    doubled = make_flexures(**{field: 2 * getattr(base, field)})
-    np.testing.assert_allclose(doubled.stiffness / base.stiffness, 2.0**power)
-
-
-def test_factors_scale_stiffness_and_damping():
-    theory = make_flexures().stiffness
+def test_stiffness_of_flexures_is_that_of_their_formula():
+    """E w t³ / (12 ℓ) of each, times the two factors of the robot."""
+    width = np.arange(12.0, 4.0, -1.0)
+    flexures = make_flexures(width=width, thickness=0.07, length=0.6, modulus=2100.0)
+    expected = 2100 * width * 0.07**3 / (12 * 0.6)
+    np.testing.assert_allclose(flexures.stiffness, expected, rtol=1e-12)
     robot = make_robot(stiffness_factor=1.19, damping_factor=2.06)
-    np.testing.assert_allclose(robot.stiffness, 1.19 * theory)
-    np.testing.assert_allclose(robot.damping, 2.06 * theory)
+    np.testing.assert_allclose(robot.stiffness, 1.19 * make_flexures().stiffness)
+    np.testing.assert_allclose(robot.damping, 2.06 * make_flexures().stiffness)
 
 
 @pytest.mark.parametrize(

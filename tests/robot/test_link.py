@@ -17,7 +17,6 @@ from feeler.robot.stream import (
     CLOCK,
     WRAP,
     Link,
-    _unwrap_clock,
     frame_sample,
     open_serial,
     read_lines,
@@ -124,22 +123,9 @@ def test_a_sound_line_of_other_sensors_is_broken():
     assert [link.take(line) for line in send(3)] == [[], [], []] and link.broken == 3
 
 
-def test_a_board_that_begins_anew_is_followed():
-    link = Link(3)
-    samples = [sample for line in [*send(5, 30000), *send(5)] for sample in link.take(line)]
-    assert len(samples) == 10 and link.describe() == "1 times begun anew"
-
-
 def test_a_clock_that_begins_anew_goes_on_for_hours():
     link, true = Link(3), np.arange(0.0, 3.5 * CLOCK, CLOCK / 7)
     assert [link.follow(time % CLOCK) for time in true] == pytest.approx(list(true))
-
-
-def test_a_recorded_clock_that_begins_anew_is_unwrapped_and_a_small_step_back_stays():
-    true = np.arange(0.0, 2.5 * CLOCK, CLOCK / 7)
-    np.testing.assert_allclose(_unwrap_clock(true % CLOCK), true, rtol=1e-12)
-    jitter = np.array([0.0, 4.0, 3.0, 8.0])
-    np.testing.assert_array_equal(_unwrap_clock(jitter), jitter)
 
 
 def test_a_serial_line_that_drops_and_repeats_is_read_as_it_comes():
