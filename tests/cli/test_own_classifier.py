@@ -4,13 +4,18 @@ import json
 
 import numpy as np
 import pytest
+from sklearn.base import BaseEstimator
+from sklearn.ensemble import VotingClassifier
+from sklearn.model_selection import GridSearchCV
 from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
 from feeler.cli.choose import name_classifier
 from feeler.decoding import CLASSIFIERS, compute_sweep
-from feeler.decoding.classifiers import describe_classifier
+from feeler.decoding.classifiers import adopt, describe_classifier
 from feeler.errors import InvalidInput
 from tests.cli._command import run
 
@@ -101,6 +106,46 @@ def test_anything_with_fit_and_predict_answers_as_scikit_learn_s_own_of_tables(o
         InvalidInput, match=r"py:number must give something with fit.* predict.*, got 3"
     ):
         CLASSIFIERS[name_classifier(f"{own}:number")]()
+
+
+class Picky(BaseEstimator):
+    """A method of tensors that refuses what it cannot use, and is told so by its tags or not."""
+
+    def __init__(self, three=False):
+        self.three = three
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = self.three
+        return tags
+
+    def fit(self, X, y):
+        self.seen_ = X.shape
+        raise ValueError("needs five touches of each class")
+
+    def predict(self, X):
+        raise AssertionError
+
+
+def test_an_own_method_s_own_error_comes_at_once_and_tags_say_what_it_gets():
+    tensors, labels = np.random.default_rng(0).random((6, 3, 4)), [0, 1] * 3
+    plain = type("Plain", (), {"fit": Picky.fit, "predict": Picky.predict})
+    shaped = FunctionTransformer(lambda X: X.reshape(len(X), -1))
+    for method, shape in (
+        (Picky(), (6, 12)),
+        (Picky(three=True), (6, 3, 4)),
+        (plain(), (6, 3, 4)),
+    ):
+        found = adopt(method, "mine")
+        with pytest.raises(ValueError, match="needs five touches of each class") as error:
+            found.fit(tensors, labels)
+        assert found.method_.seen_ == shape
+        notes = getattr(error.value, "__notes__", [])
+        assert len(notes) == (len(shape) == 2) and all("three_d_array" in n for n in notes)
+    for method in (make_pipeline(shaped, KNeighborsClassifier(1)), KNeighborsClassifier(1)):
+        for wrapped in (method, VotingClassifier([("a", method)]), GridSearchCV(method, {})):
+            known = adopt(wrapped, "mine").fit(np.concatenate([tensors] * 5), labels * 5)
+            np.testing.assert_array_equal(known.predict(tensors), labels)
 
 
 @pytest.mark.long

@@ -22,6 +22,7 @@ from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
+from sklearn.utils import get_tags
 from sklearn.utils.metaestimators import available_if
 from sklearn.utils.validation import check_is_fitted, validate_data
 
@@ -552,7 +553,7 @@ class _FlatPipeline(Classifier, Pipeline):
 
 
 class _Own(Classifier):
-    """A method of the user's own, of tensors, or of tables if it refuses those."""
+    """A method of the user's own, of tensors or of tables."""
 
     def __init__(self, method: Any) -> None:
         self.method = method
@@ -560,13 +561,14 @@ class _Own(Classifier):
     def fit(self, X: Any, y: Any) -> "_Own":
         """Fit a copy of the method."""
         self._keep(X, y)
-        self.classes_, self.flat_ = np.unique(y), False
+        self.classes_, self.flat_ = np.unique(y), not _takes_tensors(self.method)
+        self.method_ = clone(self.method, safe=False)
         try:
-            self.method_ = clone(self.method, safe=False)
-            self.method_.fit(np.asarray(X), y)
-        except ValueError:
-            self.method_, self.flat_ = clone(self.method, safe=False), True
-            self.method_.fit(_flatten(X), y)
+            self.method_.fit(self._form(X), y)
+        except Exception as error:
+            if self.flat_:
+                error.add_note(f"{type(self.method).__name__} was given a table. {_TABLES}")
+            raise
         return self
 
     def predict(self, X: Any, until: float | None = None) -> Any:
@@ -581,9 +583,28 @@ class _Own(Classifier):
         return softmax(votes.astype(float), axis=1)
 
     def _ask(self, what: str, X: Any) -> np.ndarray:
-        return np.asarray(
-            getattr(self.method_, what)(_flatten(X) if self.flat_ else np.asarray(X))
-        )
+        return np.asarray(getattr(self.method_, what)(self._form(X)))
+
+    def _form(self, X: Any) -> Any:
+        return _flatten(X) if self.flat_ else np.asarray(X)
+
+
+_TABLES = (
+    "A scikit-learn estimator gets tables (trial, entry) unless its tags say three_d_array or"
+    " no_validation; anything else gets tensors (trial, sensor, time)."
+)
+
+
+def _takes_tensors(method: Any) -> bool:
+    """By its tags, or by those of its first step or of the estimator that it wraps."""
+    if not hasattr(method, "__sklearn_tags__"):
+        return True
+    tags = get_tags(method)
+    if tags.no_validation or tags.input_tags.three_d_array:
+        return True
+    steps = getattr(method, "steps", None) or getattr(method, "estimators", None)
+    inner = steps[0][1] if steps else getattr(method, "estimator", None)
+    return inner is not None and _takes_tensors(inner)
 
 
 def adopt(method: Any, name: str) -> Classifier:
@@ -592,8 +613,9 @@ def adopt(method: Any, name: str) -> Classifier:
     Parameters
     ----------
     method
-        A ``Classifier``, or anything with ``fit(tensors, labels)`` and ``predict(tensors)``. What
-        raises a ``ValueError`` of tensors gets tables (trial, entry). Without ``predict_proba``
+        A ``Classifier``, or anything with ``fit(tensors, labels)`` and ``predict(tensors)``. A
+        scikit-learn estimator gets tables (trial, entry) unless its tags, or those of a pipeline's
+        first step, say ``three_d_array`` or ``no_validation``. Without ``predict_proba``
         probabilities are the softmax of votes.
     name
         What gave it, for the message.

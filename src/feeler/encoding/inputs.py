@@ -159,10 +159,9 @@ def _check_values(tensors: np.ndarray) -> None:
 
 def check_settings(estimator: Any) -> None:
     """Refuse parameters that mean nothing, each with what would."""
-    for name in ("n_components", "n_lags", "n_restarts", "n_finished", "max_iter"):
+    free = [one for one in ("n_finished", "inner_steps") if getattr(estimator, one) is not None]
+    for name in ("n_components", "n_lags", "n_restarts", "max_iter", *free):
         value = getattr(estimator, name)
-        if name == "n_finished" and value is None:
-            continue
         if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
             raise InvalidInput(f"{name} must be a whole number of at least 1; got {value!r}.")
     if estimator.sparseness is not None:
