@@ -47,7 +47,7 @@ from paper.data import (
     load_complete,
     load_tensors,
 )
-from paper.fig3 import load
+from paper.fig3 import compute as compute_wall
 from paper.table import read_declared
 
 # Fig. 1A–B as numbers: sensor spacing, sampling rate and compliance, the axes along which the
@@ -144,7 +144,9 @@ def compute_activity(
     Returns
     -------
     SimpleNamespace
-        XX"""
+        ``active`` by threshold: how many sensors pass it in each touch (trial,); ``noise``, the
+        floor [rad] that is tolerated at each place (place,).
+    """
     angle = rectify(
         in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values
     )
@@ -167,10 +169,11 @@ def _average(values: np.ndarray) -> _Spread:
     return make_spread(mean.estimate, mean.low, mean.high, n=len(values))
 
 
-def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
-    """A panel per axis; ``spacing`` of neighbouring sensors [mm]."""
+def plot(data: SimpleNamespace, figure: Figure) -> None:
+    """A panel per axis."""
     axes = figure.subplots(1, 4)
     reading, activity = data.reading, data.activity
+    spacing = data.antenna.length / data.antenna.sensors.size
     places = {spacing * k: value for k, value in reading.place.items()}
     _plot_curve(axes[0], places, PALETTE[0], "LDA", 100)
     _plot_curve(axes[1], reading.thing, PALETTE[0], "LDA", 100)
@@ -234,25 +237,19 @@ def count_active(tensors: xr.Dataset, threshold: float) -> np.ndarray:
     )
 
 
-def plot_compliance(
-    antenna: Antenna,
-    trial: Trial,
-    touched: Mapping[float, xr.Dataset],
-    threshold: float,
-    figure: Figure,
-) -> None:
-    """The moment of most active sensors, a panel for each stiffness; ``touched`` by factor."""
-    axes = figure.subplots(1, len(touched), sharex=True, sharey=True)
-    for ax, (factor, tensors) in zip(axes, touched.items(), strict=True):
-        active = count_active(tensors, threshold)
+def plot_compliance(data: SimpleNamespace, figure: Figure) -> None:
+    """The moment of most active sensors, a panel for each stiffness."""
+    axes = figure.subplots(1, len(data.touched), sharex=True, sharey=True)
+    for ax, (factor, tensors) in zip(axes, data.touched.items(), strict=True):
+        active = count_active(tensors, data.threshold)
         now = int(active.sum(axis=1).argmax())
-        _draw(antenna, trial, tensors, now, active[now], ax)
+        _draw(data.antenna, data.trial, tensors, now, active[now], ax)
         words = "its own stiffness" if factor == 1 else f"{factor:g} × as stiff"
         ax.set_title(f"{words}\n{active[now].sum()} of {active.shape[1]} sensors active")
     mark_panels(axes[0])
     marks = [
         Line2D([], [], color=colour, marker="o", ls="", ms=3, label=label)
-        for colour, label in ((_ACTIVE, f"angle > {threshold:g} rad"), (_SILENT, "less"))
+        for colour, label in ((_ACTIVE, f"angle > {data.threshold:g} rad"), (_SILENT, "less"))
     ]
     met = Patch(color=OBJECT_COLOUR, label="object")
     figure.legend(handles=[*marks, met], loc="outside lower center", ncols=3)
@@ -274,83 +271,94 @@ def _draw(
     ax.axis("off")
 
 
-def _show_compliance(
-    section: Section,
-    antenna: Antenna,
-    trial: Trial,
-    touched: Mapping[float, xr.Dataset],
-    threshold: float,
-) -> None:
-    """The drawing, and how many sensors are active over time."""
-    section.figure(
-        "fig1_compliance",
-        f"One touch ({trial.label}) of an antenna with other stiffness, each at the moment at which"
-        " most sensors are active. The object's path is the same for all. (Fig. 1A)",
-        lambda figure: plot_compliance(antenna, trial, touched, threshold, figure),
-        height=2.8,
-        numbers={
-            f"{factor:g}": count_active(tensors, threshold).sum(axis=1)
-            for factor, tensors in touched.items()
-        },
-    )
+def compute(context: Context) -> SimpleNamespace:
+    """What spacing, sampling and compliance do to slow touches of the first profile.
 
-
-def show(context: Context, section: Section) -> None:
-    """What spacing, sampling and compliance do to slow touches of the first profile."""
-    asked, name = read_declared("declared.toml")["axes"], list_profiles(context)[0]
-    antenna, tensors = context.profiles[name], load_complete(context, name)
-    touches = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
-    activity, shown = {}, {}
-    number = find_touch(touches, SPEEDS["slow"])
+    Returns
+    -------
+    SimpleNamespace
+        ``rows``; ``reading``, see :func:`compute_reading`, trained with noise of size ``probe``;
+        ``activity`` by factor of stiffness, see :func:`compute_activity`; ``touched`` by factor,
+        the Dataset of one ``trial`` on the softest, the own and the stiffest ``antenna``.
+    """
+    asked, profile = read_declared("declared.toml")["axes"], list_profiles(context)[0]
+    antenna, tensors = context.profiles[profile], load_complete(context, profile)
+    touches = [
+        trial for trial in list_touches(context, profile) if trial.speed == SPEEDS["slow"]
+    ]
+    activity, touched = {}, {}
+    number, plan = find_touch(touches, SPEEDS["slow"]), context.effort.plan
     for factor in asked["stiffness"]:
-        touched = tensors
+        found = tensors
         if factor != 1.0:
-            touched = touch(
+            found = touch(
                 scale_stiffness(antenna, factor), touches, duration=COMPLETE, **context.physics
             )
-        activity[factor] = compute_activity(touched, asked, random_state=context.seed)
-        shown[factor] = touched.isel(trial=[number])
-    data = SimpleNamespace(
-        reading=compute_reading(tensors, asked, context.effort.plan, random_state=context.seed),
+        activity[factor] = compute_activity(found, asked, random_state=context.seed)
+        touched[factor] = found.isel(trial=[number])
+    reading = compute_reading(tensors, asked, plan, random_state=context.seed)
+    return SimpleNamespace(
+        rows=_list_values(reading, activity),
+        reading=reading,
         activity=activity,
+        touched={factor: touched[factor] for factor in (max(touched), 1.0, min(touched))},
+        threshold=asked["threshold"],
+        probe=plan.probe,
+        profile=profile,
+        antenna=antenna,
+        trial=touches[number],
     )
+
+
+def show(data: SimpleNamespace, section: Section) -> None:
+    """One touch at three stiffnesses, and a panel per axis."""
     section.text(
         "The paper names three axes along which a distributed sensor is designed: the spacing of"
         " its sensors, their sampling rate, and compliance. Each is changed by itself, on complete"
-        f" slow touches of the antenna '{name}'. Sensors and samples that are left out are not"
-        " averaged, so what stays is as noisy as before. The object follows its own path whatever"
-        " the antenna does: so an antenna that is softer everywhere is bent into almost the same"
-        " shape, with less force."
+        f" slow touches of the antenna '{data.profile}'. Sensors and samples that are left out are"
+        " not averaged, so what stays is as noisy as before. The object follows its own path"
+        " whatever the antenna does: so an antenna that is softer everywhere is bent into almost"
+        " the same shape, with less force."
     )
-    ends = {factor: shown[factor] for factor in (max(shown), 1.0, min(shown))}
-    _show_compliance(section, antenna, touches[number], ends, asked["threshold"])
+    section.figure(
+        "fig1_compliance",
+        f"One touch ({data.trial.label}) of an antenna with other stiffness, each at the moment at"
+        " which most sensors are active. The object's path is the same for all. (Fig. 1A)",
+        lambda figure: plot_compliance(data, figure),
+        height=2.8,
+        numbers={
+            f"{factor:g}": count_active(tensors, data.threshold).sum(axis=1)
+            for factor, tensors in data.touched.items()
+        },
+    )
     section.figure(
         "fig1_axes",
         f"A: place of touch, on objects never trained; B: shape and size, at places never trained"
-        f" (LDA on noisy tensors, sd {context.effort.plan.probe:g} of the greatest angle). C:"
-        " sensors whose angle passes a threshold in a touch. D: noise floor at which an ideal"
-        " observer still names three of four objects at a place. A to C: mean over touches, D: over"
-        " places, with 95 % intervals. (Fig. 1A–B)",
-        lambda figure: plot(data, antenna.length / antenna.sensors.size, figure),
+        f" (LDA on noisy tensors, sd {data.probe:g} of the greatest angle). C: sensors whose angle"
+        " passes a threshold in a touch. D: noise floor at which an ideal observer still names"
+        " three of four objects at a place. A to C: mean over touches, D: over places, with 95 %"
+        " intervals. (Fig. 1A–B)",
+        lambda figure: plot(data, figure),
         height=2.6,
         numbers={
             **vars(data.reading),
-            "activity": {f"{factor:g}": vars(found) for factor, found in activity.items()},
+            "activity": {f"{factor:g}": vars(found) for factor, found in data.activity.items()},
         },
     )
-    section.values |= _list_values(data)
 
 
-def _list_values(data: SimpleNamespace) -> dict[str, object]:
+def _list_values(
+    reading: SimpleNamespace, activity: Mapping[float, SimpleNamespace]
+) -> dict[str, object]:
     values: dict[str, object] = {
-        f"axes.place.every {k}": value for k, value in data.reading.place.items()
+        f"axes.place.every {k}": value for k, value in reading.place.items()
     }
-    values |= {f"axes.object.{rate:g} Hz": value for rate, value in data.reading.thing.items()}
-    for factor, found in data.activity.items():
+    values |= {f"axes.object.{rate:g} Hz": value for rate, value in reading.thing.items()}
+    for factor, found in activity.items():
         values[f"axes.noise75.stiffness x {factor:g}"] = _average(found.noise)
         for name, active in found.active.items():
             values[f"axes.active.{name}.stiffness x {factor:g}"] = _average(active)
-    stiff, soft = (data.activity[end(data.activity)] for end in (max, min))
+    stiff, soft = (activity[end(activity)] for end in (max, min))
     for name, active in soft.active.items():  # of the same touches: pairs
         values[f"axes.gain.{name}"] = _average(active - stiff.active[name])
     gain = np.divide(
@@ -372,15 +380,16 @@ def choose_moments(tensor: np.ndarray, count: int = 4) -> list[int]:
     return [int(k) for k in np.linspace(felt[0], felt[-1], count).round()]
 
 
-def plot_touch(antenna: Antenna, trial: Trial, tensors: xr.Dataset, figure: Figure) -> None:
+def plot_touch(data: SimpleNamespace, figure: Figure) -> None:
     """Four moments with what the sensors feel then, and the tensor that these columns make."""
+    antenna, tensors = data.antenna, data.tensors
     tensor, time = take_curvature(tensors)[0], in_unit(tensors["time"], "ms").values
     norm = Normalize(0.0, max(float(tensor.max()), 1e-9))
     grid = figure.add_gridspec(2, 8, height_ratios=(1, 1), width_ratios=(1, 0.08) * 4)
     moments = choose_moments(tensor)
     for k, now in enumerate(moments):
         ax = figure.add_subplot(grid[0, 2 * k])
-        draw_moment(antenna, trial, tensors, now, ax, norm)
+        draw_moment(antenna, data.trial, tensors, now, ax, norm)
         ax.set_title(f"{k + 1}: {time[now]:.0f} ms")
         _draw_column(tensor[:, now], figure.add_subplot(grid[0, 2 * k + 1]), norm)
     whole = figure.add_subplot(grid[1, :6])
@@ -427,21 +436,22 @@ def _draw_corner(
     )
 
 
-def show_touch(context: Context, section: Section) -> None:
+def compute_touch(context: Context) -> SimpleNamespace:
     """A slow touch of the first profile."""
-    name = list_profiles(context)[0]
-    touches = list_touches(context, name)
-    number = find_touch(touches, SPEEDS["slow"])
-    tensors = load_tensors(context, name).isel(trial=[number])
+    return _take_touch(context, list_profiles(context)[0], SPEEDS["slow"])
+
+
+def show_touch(data: SimpleNamespace, section: Section) -> None:
+    """How its tensor comes about."""
     section.figure(
         "fig1_touch",
-        f"A {touches[number].label} and its tensor. Above: the antenna at four moments, coloured by"
+        f"A {data.trial.label} and its tensor. Above: the antenna at four moments, coloured by"
         " its curvature, with what its sensors feel then as a column beside it, base at the bottom."
         " Below: all columns one after another; on the right a part of it enlarged, in which Δx is"
         " the mean distance of neighbouring sensors and Δt the time between samples. (Fig. 1B, E)",
-        lambda figure: plot_touch(context.profiles[name], touches[number], tensors, figure),
+        lambda figure: plot_touch(data, figure),
         height=4.0,
-        numbers={"curvature": take_curvature(tensors)[0]},
+        numbers={"curvature": take_curvature(data.tensors)[0]},
     )
 
 
@@ -558,12 +568,16 @@ def _draw_body(length: float, ax: Axes) -> None:
             )
 
 
-def show_animal(context: Context, section: Section) -> None:
-    """The first profile in the leading set-up."""
-    sweep = next(iter(load(context).sweeps.values()))
-    shapes = Shapes.of_sweep(sweep)
-    if not (context.is_cockroach and shapes.contact.any()):
-        return
+def compute_animal(context: Context) -> SimpleNamespace | None:
+    """The first profile's ``sweep`` in the leading set-up, where it meets the wall."""
+    sweep = next(iter(compute_wall(context).sweeps.values()))
+    met = context.is_cockroach and Shapes.of_sweep(sweep).contact.any()
+    return SimpleNamespace(rows={}, sweep=sweep) if met else None
+
+
+def show_animal(data: SimpleNamespace, section: Section) -> None:
+    """A cockroach beside the wall."""
+    shapes = Shapes.of_sweep(data.sweep)
     section.figure(
         "fig1_animal",
         "A cockroach from above. Both antennae are the model's: the one along the wall is at rest"
@@ -571,7 +585,7 @@ def show_animal(context: Context, section: Section) -> None:
         " sensors. The body is a sketch of the length that the paper gives, two thirds of an"
         " antenna's. Along a wall an antenna bends most at one place; where that is may tell how"
         " far the wall is. (Fig. 1C, 3A)",
-        lambda figure: plot_animal(sweep, figure.subplots()),
+        lambda figure: plot_animal(data.sweep, figure.subplots()),
         height=3.4,
         numbers={"points": shapes.points[_choose_wall(shapes)]},
     )
@@ -582,62 +596,66 @@ def show_animal(context: Context, section: Section) -> None:
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
 _LATER = 15.0  # ms since contact, at every speed
 
-_Touch = tuple[Antenna, Trial, xr.Dataset, float]
-"""With the moment that is drawn [ms since contact]."""
 
-
-def _collect(context: Context) -> dict[str, dict[str, _Touch]]:
-    """One touch of each profile at the slow speed, and of the first profile at each speed."""
+def compute_conditions(context: Context) -> SimpleNamespace:
+    """One touch of each profile at the slow speed, and of the first profile at each speed, each
+    with the ``moment`` that is drawn [ms since contact].
+    """
     profiles, slow = list_profiles(context), SPEEDS["slow"]
     first = profiles[0]
-    return {
-        "profiles": {p: _take_touch(context, p, slow, _PUSHED / slow) for p in profiles},
-        "speeds": {
+    speeds = sorted(list_speeds(context, first).items(), key=lambda item: item[1])
+    return SimpleNamespace(
+        rows={},
+        profiles={p: _take_touch(context, p, slow, _PUSHED / slow) for p in profiles},
+        speeds={
             f"{name}, {speed:g} m/s": _take_touch(context, first, speed, _LATER)
-            for name, speed in sorted(
-                list_speeds(context, first).items(), key=lambda item: item[1]
-            )
+            for name, speed in speeds
         },
-    }
+    )
 
 
-def _take_touch(context: Context, profile: str, speed: float, moment: float) -> _Touch:
+def _take_touch(
+    context: Context, profile: str, speed: float, moment: float = 0.0
+) -> SimpleNamespace:
     touches = list_touches(context, profile)
     number = find_touch(touches, speed)
-    tensors = load_tensors(context, profile).isel(trial=[number])
-    return context.profiles[profile], touches[number], tensors, moment
+    return SimpleNamespace(
+        rows={},
+        antenna=context.profiles[profile],
+        trial=touches[number],
+        tensors=load_tensors(context, profile).isel(trial=[number]),
+        moment=moment,
+    )
 
 
-def plot_conditions(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -> None:
+def plot_conditions(data: SimpleNamespace, figure: Figure) -> None:
     """Profiles and their touches above, touches at each speed below."""
-    profiles, speeds = found.values()
+    both = data.profiles, data.speeds
     bends = [
-        compute_bend(t, a)[_find_sample(t, m, trial)].max()
-        for touches in found.values()
-        for a, trial, t, m in touches.values()
+        compute_bend(one.tensors, one.antenna)[_find_sample(one)].max()
+        for touches in both
+        for one in touches.values()
     ]
     norm = Normalize(0.0, max(*map(float, bends), 1e-9))
-    columns = 1 + max(len(profiles), len(speeds))
+    columns = 1 + max(map(len, both))
     axes = figure.subplots(2, columns, width_ratios=(1.2, *[1] * (columns - 1)))
-    _draw_stiffness({name: touch[0] for name, touch in profiles.items()}, axes[0, 0])
+    _draw_stiffness({name: one.antenna for name, one in data.profiles.items()}, axes[0, 0])
     mark_panels(axes[0, 0], "e")
-    _draw_ways([trial.speed for _, trial, _, _ in speeds.values()], axes[1, 0])
-    for row, touches in zip(axes[:, 1:], (profiles, speeds), strict=True):
-        for ax, (name, (antenna, trial, tensors, moment)) in zip(
-            row, touches.items(), strict=False
-        ):
-            now = _find_sample(tensors, moment, trial)
-            drawn = draw_moment(antenna, trial, tensors, now, ax, norm)
+    _draw_ways([one.trial.speed for one in data.speeds.values()], axes[1, 0])
+    for row, touches in zip(axes[:, 1:], both, strict=True):
+        for ax, (name, one) in zip(row, touches.items(), strict=False):
+            now = _find_sample(one)
+            drawn = draw_moment(one.antenna, one.trial, one.tensors, now, ax, norm)
             ax.set_title(name)
         for ax in row[len(touches) :]:
             ax.axis("off")
     figure.colorbar(drawn.colours, ax=axes[:, 1:], label="curvature [1/mm]", pad=0.01)
 
 
-def _find_sample(tensors: xr.Dataset, moment: float, trial: Trial) -> int:
-    """The sample at a moment [ms since contact], or the last one."""
-    time = in_unit(tensors["time"], "ms").values
-    return min(int(np.searchsorted(time, trial.lead + moment)), time.size - 1)
+def _find_sample(one: SimpleNamespace) -> int:
+    """The sample at a touch's moment, or the last one."""
+    time = in_unit(one.tensors["time"], "ms").values
+    return min(int(np.searchsorted(time, one.trial.lead + one.moment)), time.size - 1)
 
 
 def _draw_stiffness(antennas: Mapping[str, Antenna], ax: Axes) -> None:
@@ -664,15 +682,14 @@ def _draw_ways(speeds: list[float], ax: Axes) -> None:
     )
 
 
-def show_conditions(context: Context, section: Section) -> None:
+def show_conditions(data: SimpleNamespace, section: Section) -> None:
     """What is compared in most of what follows."""
-    found = _collect(context)
     section.figure(
         "fig5e_conditions",
         "What is compared. Above: antennae that differ in stiffness only, each when the same slow"
         f" object has pushed it for {_PUSHED:g} mm. Below: one antenna and one object at each"
         f" speed, each {_LATER:g} ms after contact (dotted on the left). (Fig. 5E)",
-        lambda figure: plot_conditions(found, figure),
+        lambda figure: plot_conditions(data, figure),
         height=4.4,
-        numbers={name: antenna.stiffness for name, (antenna, *_) in found["profiles"].items()},
+        numbers={name: one.antenna.stiffness for name, one in data.profiles.items()},
     )

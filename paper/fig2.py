@@ -1,6 +1,5 @@
 """Figs. 2A, 2B, S1: the antenna, how it moves beside the animal, its fit, and segment lengths."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,9 +18,7 @@ from feeler.antenna.files import SOURCE_TAGS
 from feeler.calibration import EigenParameters, Measured
 from feeler.calibration.problem import FAILED
 from feeler.experiments.mechanics import RADIUS, hit, release
-from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting import (
-    FPS,
     SLOWER,
     MovingAntenna,
     choose_frames,
@@ -36,7 +33,7 @@ from feeler.report import Section
 from feeler.tensors.transforms import in_unit
 from paper.cache import keep
 from paper.calibration_report import PAPER_ERROR, PAPER_P
-from paper.calibration_report import compute as compute_fit
+from paper.calibration_report import compute as calibrate
 from paper.context import Context
 
 # Fig. 2A, C: the antenna, its profiles, and where its numbers come from.
@@ -69,46 +66,47 @@ def plot_antenna(antenna: Antenna, figure: Figure) -> None:
     mark_panels(figure.axes[:2], "ac")
 
 
-def show_antenna(context: Context, section: Section) -> None:
+def compute_antenna(context: Context) -> SimpleNamespace:
+    """The ``antenna``, and its small oscillations beside its controls': ``modes``, a line each."""
+    antenna, modes = context.antenna, []
+    for name, control in context.profiles.items():
+        found = compute_modes(control, 2)
+        frequency, compliance = 1e3 * found.frequency[:2], float((1 / control.stiffness).sum())
+        modes.append([name, *frequency, found.damping_ratio[0], compliance])
+    rows = {
+        "antenna.n_segments": antenna.n_segments,
+        "antenna.n_sensors": int(antenna.sensors.size),
+    }
+    return SimpleNamespace(
+        rows=rows, antenna=antenna, modes=modes, is_cockroach=context.is_cockroach
+    )
+
+
+def show_antenna(data: SimpleNamespace, section: Section) -> None:
     """Draw the antenna (Fig. 2A, C), list its numbers with their sources, and its small
     oscillations.
     """
-    antenna = context.antenna
     section.figure(
         "fig2c_antenna",
-        f"The antenna '{antenna.name}' and what changes along it. Dots: sensors. Inertia is that of"
-        " thin rods with the shown masses; the drawn radius enters contact only. (Fig. 2A, C)",
-        lambda figure: plot_antenna(antenna, figure),
+        f"The antenna '{data.antenna.name}' and what changes along it. Dots: sensors. Inertia is"
+        " that of thin rods with the shown masses; the drawn radius enters contact only."
+        " (Fig. 2A, C)",
+        lambda figure: plot_antenna(data.antenna, figure),
         height=3.2,
         numbers={
-            name: getattr(antenna, name)
+            name: getattr(data.antenna, name)
             for name in ("segment_length", "segment_mass", "stiffness", "damping")
         },
     )
-    rows = []
-    for name, control in context.profiles.items():
-        modes = compute_modes(control, 2)
-        rows.append(
-            [
-                name,
-                *(1e3 * modes.frequency[:2]),
-                modes.damping_ratio[0],
-                float((1 / control.stiffness).sum()),
-            ]
-        )
     section.table(
         ["profile", "mode 1 [Hz]", "mode 2 [Hz]", "ζ of mode 1", "Σ 1/k [rad/N·mm]"],
-        rows,
+        data.modes,
         "Small oscillations of the clamped, straight antenna, the frequencies undamped. ζ is"
         " exact where damping is proportional to stiffness, as in 'uniform' and 'matched'; how"
         " the touched antenna decays is under Calibration. 'matched' is of uniform stiffness,"
         " with the total compliance Σ 1/k of 'exponential'.",
     )
-    section.values |= {
-        "antenna.n_segments": antenna.n_segments,
-        "antenna.n_sensors": int(antenna.sensors.size),
-    }
-    if context.is_cockroach:
+    if data.is_cockroach:
         _list_facts(section)
 
 
@@ -140,46 +138,39 @@ _LEVER, _LEVER_SPEED = 20.0, 0.45
 _STEP_SPAN, _IMPULSE_SPAN = 100.0, 60.0  # ms
 
 
-def compute(
-    antenna: Antenna | None = None,
-    *,
-    engine: str = DEFAULT_ENGINE,
-    sample_interval: float = 0.2,
-    **options: Any,
-) -> SimpleNamespace:
-    """Simulate both experiments on ``antenna`` (default: the cockroach's).
+def compute(context: Context) -> SimpleNamespace:
+    """Simulate both experiments.
 
     Returns
     -------
     SimpleNamespace
-        ``step`` over ``step_time``, ``impulse`` over ``impulse_time`` and ``slow`` over
+        ``rows``. ``step`` over ``step_time``, ``impulse`` over ``impulse_time`` and ``slow`` over
         ``slow_time``: displacements relative to the largest over time [ms] since the turning point
         that the traces share; ``slow`` is the slow impulse on a straight path, which calibration
-        uses. ``free`` (:class:`~feeler.analysis.FreeResponse`) of the step, and ``motion``
-        (a Dataset of :func:`~feeler.experiments.mechanics.hit`) with the lever, for Movie S1.
+        uses. ``motion`` (a Dataset of :func:`~feeler.experiments.mechanics.hit`) with the lever,
+        for Movie S1 of so many ``fps``.
     """
-    antenna = cockroach() if antenna is None else antenna
-    options |= {"engine": engine, "sample_interval": sample_interval}
+    antenna = context.antenna
+    options: dict[str, Any] = {"engine": context.engine, "sample_interval": 0.2}
     released = release(antenna, duration=2 * _STEP_SPAN, **options)
     time = in_unit(released["time"], "ms").values
     tip = in_unit(released["tip"], "mm").values[0, :, 0]
     free = measure_free_response(time, tip)
-    step_time, step = time - (free.peak_time or 0.0), -tip / tip[0]
     swung = hit(
         antenna, lever=_LEVER, speed=_LEVER_SPEED, duration=2 * _IMPULSE_SPAN, **options
     )
-    slow = hit(antenna, **options)
-    impulse_time, impulse = _scale(swung)
-    slow_time, slow_impulse = _scale(slow)
+    (impulse_time, impulse), (slow_time, slow) = map(_scale, (swung, hit(antenna, **options)))
     return SimpleNamespace(
-        step_time=step_time,
-        step=step,
-        free=free,
+        rows={"calibration.rejected": free.rejected},
+        antenna=antenna,
+        step_time=time - (free.peak_time or 0.0),
+        step=-tip / tip[0],
         impulse_time=impulse_time,
         impulse=impulse,
         slow_time=slow_time,
-        slow=slow_impulse,
+        slow=slow,
         motion=swung,
+        fps=context.effort.fps,
     )
 
 
@@ -242,10 +233,9 @@ def _plot_impulse(data: SimpleNamespace, ax) -> None:
     ax.legend(loc="upper left")
 
 
-def _write_movie_s1(
-    antenna: Antenna, data: SimpleNamespace, path: Path, fps: int = FPS
-) -> Path:
+def _write_movie_s1(data: SimpleNamespace, path: Path) -> Path:
     """Antenna and cylinder left, tip displacement right: the impulse with the lever."""
+    antenna, fps = data.antenna, data.fps
     angle, time, place = (data.motion[name].values for name in ("angle", "time", "object"))
     points = antenna.shape(angle)
     curvature = angle / antenna.segment_length
@@ -281,9 +271,8 @@ def _write_movie_s1(
         return write_movie(path, figure, draw, len(frames), fps)
 
 
-def show(context: Context, section: Section) -> None:
+def show(data: SimpleNamespace, section: Section) -> None:
     """The two experiments, and the movie of one."""
-    data = compute(context.antenna, engine=context.engine)
     section.figure(
         "fig2b_responses",
         "Tip after a released step (left) and during a hit (right): simulation with the published"
@@ -296,15 +285,12 @@ def show(context: Context, section: Section) -> None:
             for name in ("step", "step_time", "impulse", "impulse_time")
         },
     )
-    movie = section.folder / "movieS1_impulse.mp4"
-    _write_movie_s1(context.antenna, data, movie, context.effort.fps)
     section.movie(
-        movie,
+        _write_movie_s1(data, section.folder / "movieS1_impulse.mp4"),
         f"The impulse test in simulation, {SLOWER:g} times slower than life: a cylinder on a lever"
         " pushes the antenna to the right and slips off. Displacement is drawn against the push,"
         " as the published trace is. (Movie S1)",
     )
-    section.values["calibration.rejected"] = data.free.rejected
 
 
 # Beside Fig. 2B: what four targets determine: directions, error profiles, and the hinges that
@@ -398,22 +384,36 @@ def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")
 
 
-def show_fit(context: Context, section: Section) -> None:
-    """What the published constants score, what optimisers find, and what is determined."""
+def compute_fit(context: Context) -> SimpleNamespace:
+    """What :func:`paper.calibration_report.compute` finds, with ``rows``."""
     found = keep(
         "calibration",
-        compute_fit,
+        calibrate,
         context.effort,
         antenna=context.antenna,
         seed=context.seed,
         engine=context.engine,
     )
     measured, error, accuracy = next(iter(found.scores.values()))
+    targets = zip(measured.names, measured.values, strict=True)
+    rows = {
+        f"calibration.{name}": float(value) * _SCALE.get(name, 1.0) for name, value in targets
+    } | {
+        "calibration.cost_published": error,
+        "calibration.msa_published": accuracy,
+        "calibration.widest_spread": _find_widest_spread(found),
+    }
+    return SimpleNamespace(**vars(found), rows=rows)
+
+
+def show_fit(found: SimpleNamespace, section: Section) -> None:
+    """What the published constants score, what optimisers find, and what is determined."""
+    names = next(iter(found.scores.values()))[0].names
     section.heading("Targets, and what the published constants score")
     section.table(
         [
             "antenna",
-            *(f"{name} [Hz]" if name in _SCALE else name for name in measured.names),
+            *(f"{name} [Hz]" if name in _SCALE else name for name in names),
             "error",
             "median symmetric accuracy",
         ],
@@ -421,13 +421,6 @@ def show_fit(context: Context, section: Section) -> None:
         "Reconstructed targets [D]: 17.5 Hz, 0.54, 0.22, 0.55. The paper reports a least error of"
         " 0.067 and 0.0035 against its own targets, which are lost.",
     )
-    for name, value in zip(measured.names, measured.values, strict=True):
-        section.values[f"calibration.{name}"] = float(value) * _SCALE.get(name, 1.0)
-    section.values |= {
-        "calibration.cost_published": error,
-        "calibration.msa_published": accuracy,
-        "calibration.widest_spread": _find_widest_spread(found),
-    }
     whence = (
         "Precomputed (benchmarks/calibration.py); paper scale measures it anew."
         if found.kept
@@ -565,26 +558,23 @@ _N_ANTENNAE = 4  # [P]
 _SCATTER = 0.08  # [C] sd of one segment's length, as a share of it
 
 
-def compute_lengths(
-    lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0
-) -> SimpleNamespace:
-    """Fit measured ``lengths`` (one array per antenna), or four synthetic antennae scattered about
-    the default one.
+def compute_lengths(context: Context) -> SimpleNamespace:
+    """Fit four synthetic antennae scattered about the default one.
 
-    The synthetic ones test the method; how well they are fitted says nothing about cockroaches.
+    They test the method; how well they are fitted says nothing about cockroaches.
 
     Returns
     -------
     SimpleNamespace
-        ``fit`` (:class:`~feeler.antenna.animals.SigmoidFit`) and ``planted``: the length shares
-        (segment,) that synthetic antennae were made from, None for measured ones.
+        ``rows``; ``fit`` (:class:`~feeler.antenna.animals.SigmoidFit`) and ``planted``: the length
+        shares (segment,) that the antennae were made from.
     """
-    if lengths is not None:
-        return SimpleNamespace(fit=fit_sigmoid(lengths), planted=None)
-    rng, antenna = np.random.default_rng(seed), cockroach()
+    rng, antenna = np.random.default_rng(context.seed), cockroach()
     scatter = np.exp(_SCATTER * rng.standard_normal((_N_ANTENNAE, antenna.n_segments)))
+    fit = fit_sigmoid(list(antenna.segment_length * scatter))
     return SimpleNamespace(
-        fit=fit_sigmoid(list(antenna.segment_length * scatter)),
+        rows={"calibration.sigmoid_residual": fit.squared_residual},
+        fit=fit,
         planted=antenna.segment_length / antenna.length,
     )
 
@@ -603,9 +593,8 @@ def plot_lengths(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         )
     ax.plot(fit.x, 100 * fit.share.mean(axis=0), ".", ms=4, color=PALETTE[0], label="mean")
     ax.plot(fit.x, 100 * fit.sigmoid.at(fit.x), color=PALETTE[1], label="sigmoid")
-    if data.planted is not None:
-        ax.plot(fit.x, 100 * data.planted, "k--", lw=0.8, label="planted")
-        ax.set_title("synthetic antennae, not animal data")
+    ax.plot(fit.x, 100 * data.planted, "k--", lw=0.8, label="simulated from")
+    ax.set_title("synthetic antennae, not animal data")
     ax.text(
         0.97,
         0.05,
@@ -617,9 +606,8 @@ def plot_lengths(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     ax.legend(loc="upper left")
 
 
-def show_lengths(context: Context, section: Section) -> None:
+def show_lengths(data: SimpleNamespace, section: Section) -> None:
     """The sigmoid on synthetic antennae."""
-    data = compute_lengths(seed=context.seed)
     section.figure(
         "figS1_lengths",
         "Sigmoid fitted to segment lengths of four synthetic antennae scattered about the default"
@@ -634,4 +622,3 @@ def show_lengths(context: Context, section: Section) -> None:
             "planted": data.planted,
         },
     )
-    section.values["calibration.sigmoid_residual"] = data.fit.squared_residual

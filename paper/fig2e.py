@@ -1,7 +1,7 @@
 """Fig. 2E and Fig. S3: the tactile tensors of every profile, and how long each touch lasts."""
 
 from collections.abc import Mapping
-from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
@@ -32,11 +32,9 @@ from paper.data import (
 )
 
 
-def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
-    """Curvature [1/mm] of one speed: rows of locations (middle to tip), columns of features."""
-    at_speed = in_unit(tensors["curvature"], "1/mm").sel(
-        trial=np.isclose(tensors["speed"], speed)
-    )
+def _select(tensors: xr.Dataset) -> list[list[xr.DataArray]]:
+    """Curvature [1/mm]: rows of locations (middle to tip), columns of features."""
+    at_speed = in_unit(tensors["curvature"], "1/mm")
     columns = sorted(
         {
             (str(f), float(s))
@@ -61,13 +59,12 @@ def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
     ]
 
 
-def plot(tensors: xr.Dataset, speed: float, figure: Figure, limit: float | None = None) -> None:
-    """All tensors of one speed: rows locations, columns features, one colour scale (Fig. 2E, Fig.
-    S3).
+def plot(tensors: xr.Dataset, limit: float, figure: Figure) -> None:
+    """All tensors of one speed: rows locations, columns features, one colour scale up to
+    ``limit`` (Fig. 2E, Fig. S3).
     """
-    grid = _select(tensors, speed)
+    grid = _select(tensors)
     values = [[tensor.values for tensor in row] for row in grid]
-    limit = limit or max(float(np.max(value)) for row in values for value in row)
     ax = figure.subplots()
     rows = [f"{row[0]['location'].item():g} L" for row in grid]
     columns = [f"{tensor['feature'].item()} {tensor['size'].item():g} mm" for tensor in grid[0]]
@@ -78,59 +75,49 @@ def plot(tensors: xr.Dataset, speed: float, figure: Figure, limit: float | None 
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)", pad=0.01)
 
 
-def show(context: Context, section: Section) -> None:
-    """A picture of each profile's slow tensors, and peaks of all."""
-    _show_stimuli(context, section)
+def compute(context: Context) -> SimpleNamespace:
+    """Each profile's tensors: ``slow`` ones by profile, their greatest curvature ``limit``, and a
+    line of ``peaks`` for each speed.
+    """
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
-    first = next(iter(sets.values()))["angle"]
-    _draw_sets(section, sets)
-    _tabulate(
-        section, sets, {name: measure_window(load_complete(context, name)) for name in sets}
-    )
-    section.values |= {
-        "tensors.count": int(first.sizes["trial"]),
-        "tensors.sensors": int(first.sizes["sensor"]),
-        "tensors.samples": int(first.sizes["time"]),
-    }
-    _show_contacts(context, section)
-    _show_movie(context, section)
-
-
-def _draw_sets(section: Section, sets: dict) -> None:
     slow = {name: select_speed(tensors, SPEEDS["slow"]) for name, tensors in sets.items()}
-    limit = max(float(in_unit(tensors["curvature"], "1/mm").max()) for tensors in slow.values())
-    for name, tensors in sets.items():
-        figure_name = "fig2e" if name == next(iter(sets)) else "figS3"
-        where = "Fig. 2E and Fig. S3" if figure_name == "fig2e" else "Fig. S3"
+    sizes = next(iter(sets.values()))["angle"].sizes
+    names = {"count": "trial", "sensors": "sensor", "samples": "time"}
+    peaks = [
+        _find_peaks(name, speed, select_speed(tensors, speed), load_complete(context, name))
+        for name, tensors in sets.items()
+        for speed in np.unique(tensors["speed"].values)[::-1]
+    ]
+    return SimpleNamespace(
+        rows={f"tensors.{name}": int(sizes[dim]) for name, dim in names.items()},
+        slow=slow,
+        limit=max(float(in_unit(one["curvature"], "1/mm").max()) for one in slow.values()),
+        peaks=peaks,
+    )
+
+
+def _find_peaks(
+    name: str, speed: float, chosen: xr.Dataset, complete: xr.Dataset
+) -> list[object]:
+    peak = in_unit(chosen["angle"], "deg").max(("sensor", "time")).values
+    cut = measure_window(complete).cut if np.isclose(speed, SPEEDS["slow"]) else "–"
+    curvature = in_unit(chosen["curvature"], "1/mm").max().item()
+    return [name, speed, peak.min(), peak.max(), curvature, cut, peak.size]
+
+
+def show(data: SimpleNamespace, section: Section) -> None:
+    """A picture of each profile's slow tensors, and peaks of all."""
+    for k, (name, tensors) in enumerate(data.slow.items()):
+        file, where = ("figS3", "Fig. S3") if k else ("fig2e", "Fig. 2E and Fig. S3")
         section.figure(
-            f"{figure_name}_{name}",
+            f"{file}_{name}",
             f"Curvature over time at slow touch (0.06 m/s), profile '{name}'. Rows: locations from"
             " the middle to the tip; columns: features. One colour scale for all profiles."
             f" ({where})",
-            lambda figure, tensors=tensors: plot(tensors, SPEEDS["slow"], figure, limit),
+            lambda figure, tensors=tensors: plot(tensors, data.limit, figure),
             height=4.6,
         )
-        save(slow[name], section.folder / f"{figure_name}_{name}.nc")
-
-
-def _tabulate(section: Section, sets: dict, windows: dict[str, Any]) -> None:
-    rows = []
-    for name, tensors in sets.items():
-        for speed in np.unique(tensors["speed"].values)[::-1]:
-            chosen = select_speed(tensors, speed)
-            peak = in_unit(chosen["angle"], "deg").max(("sensor", "time")).values
-            cut = windows[name].cut if np.isclose(speed, SPEEDS["slow"]) else "–"
-            rows.append(
-                [
-                    name,
-                    speed,
-                    peak.min(),
-                    peak.max(),
-                    in_unit(chosen["curvature"], "1/mm").max().item(),
-                    cut,
-                    peak.size,
-                ]
-            )
+        save(tensors, section.folder / f"{file}_{name}.nc")
     section.table(
         [
             "profile",
@@ -141,7 +128,7 @@ def _tabulate(section: Section, sets: dict, windows: dict[str, Any]) -> None:
             "cut by the window",
             "trials",
         ],
-        rows,
+        data.peaks,
         "Peaks over sensors and time. Cut by the window: slow touches that go on, or begin again,"
         " after it, in a run of twice its length.",
     )
@@ -157,8 +144,16 @@ def compute_change(reference: xr.Dataset, other: xr.Dataset) -> np.ndarray:
     return np.abs(two - one).max(axis=axes) / np.abs(one).max(axis=axes)
 
 
-def compute_contacts(context: Context) -> dict[str, xr.Dataset]:
-    """Slow touches of the first profile by contact, the default first."""
+def compute_contacts(context: Context) -> SimpleNamespace:
+    """By how much slow tensors of the first profile and their dispersion change with the contact,
+    the default first.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``rows``; ``changes`` [% of the peak] of each touch (trial,) by contact; ``average`` index
+        of the closest match, by index and contact.
+    """
     name = list_profiles(context)[0]
     slow = SPEEDS["slow"]
     touches = [trial for trial in list_touches(context, name) if trial.speed == slow]
@@ -174,17 +169,16 @@ def compute_contacts(context: Context) -> dict[str, xr.Dataset]:
                 duration=DURATION,
                 seed=context.seed,
             )
-    return found
-
-
-def _show_contacts(context: Context, section: Section) -> None:
-    """By how much slow tensors and their dispersion change with the contact."""
-    found = compute_contacts(context)
     arrays = {name: rectify(data["angle"].values) for name, data in found.items()}
-    dispersion = compute_dispersion(arrays, random_state=context.seed)
+    average = compute_dispersion(arrays, random_state=context.seed).average
     reference = found[DEFAULT_CONTACT]
     changes = {name: 100 * compute_change(reference, data) for name, data in found.items()}
-    section.values |= _list_contacts(changes, dispersion.average)
+    rows = _list_contacts(changes, average)
+    return SimpleNamespace(rows=rows, changes=changes, average=average)
+
+
+def show_contacts(data: SimpleNamespace, section: Section) -> None:
+    """A table of the contacts."""
     section.heading("Softness of contact")
     section.table(
         [
@@ -198,9 +192,9 @@ def _show_contacts(context: Context, section: Section) -> None:
                 name,
                 float(np.median(change)),
                 float(change.max()),
-                *(dispersion.average[index][name].estimate for index in INDICES),
+                *(data.average[index][name].estimate for index in INDICES),
             ]
-            for name, change in changes.items()
+            for name, change in data.changes.items()
         ],
         "Slow touches of the exponential profile with other softness of contact, which the paper"
         " does not state: greatest change of any angle of a touch, and mean index of the closest"
@@ -263,15 +257,20 @@ def plot_stimuli(antenna: Antenna, figure: Figure) -> None:
     right.set(xlim=(-8, 48), ylim=(-9, 8), aspect="equal", title="features (half-size)")
 
 
-def _show_stimuli(context: Context, section: Section) -> None:
-    """The stimuli, and which of them this run has."""
+def compute_stimuli(context: Context) -> SimpleNamespace:
+    """The ``antenna``, and which stimuli this run has."""
     slow = select_speed(load_tensors(context, next(iter(context.profiles))), SPEEDS["slow"])
+    return SimpleNamespace(rows={}, antenna=context.antenna, slow=slow)
+
+
+def show_stimuli(data: SimpleNamespace, section: Section) -> None:
+    """The stimuli."""
     section.figure(
         "fig2d_stimuli",
         "What touches, and the locations of contact. (Fig. 2D)",
-        lambda figure: plot_stimuli(context.antenna, figure),
+        lambda figure: plot_stimuli(data.antenna, figure),
         height=1.9,
-        numbers={name: slow[name] for name in ("feature", "size", "location")},
+        numbers={name: data.slow[name] for name in ("feature", "size", "location")},
     )
 
 
@@ -280,23 +279,28 @@ def _show_stimuli(context: Context, section: Section) -> None:
 _TOGETHER = "movieS2_speeds"
 
 
-def _show_movie(context: Context, section: Section) -> None:
-    """A ball at the middle, at all speeds together."""
-    fps, touches = context.effort.fps, {}
-    for speed in reversed(context.effort.speeds):
-        trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
-        touches[speed] = (
-            trial,
-            touch(
-                context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics
-            ),
+def compute_movie(context: Context) -> SimpleNamespace:
+    """A ball at the middle, at all speeds: trial and Dataset of each by its title."""
+    touches = {}
+    for name in reversed(context.effort.speeds):
+        speed = SPEEDS[name]
+        trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=speed)
+        found = touch(
+            context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics
         )
+        touches[f"{name}\n{speed:g} m/s"] = trial, found
+    return SimpleNamespace(
+        rows={}, antenna=context.antenna, touches=touches, fps=context.effort.fps
+    )
+
+
+def show_movie(data: SimpleNamespace, section: Section) -> None:
+    """All speeds together."""
     path = section.folder / f"{_TOGETHER}.mp4"
-    titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}
-    write_touches_movie(context.antenna, titles, path, fps=fps)
+    write_touches_movie(data.antenna, data.touches, path, fps=data.fps)
     section.movie(
         path,
-        f"One ball of 1.53 mm touches the antenna at {len(touches)} speeds, {SLOWER:g} times slower"
-        " than life. Below: the curvature that its sensors feel, the tensor. A slow touch fills it,"
-        " a fast one is over in a few samples. (Movie S2)",
+        f"One ball of 1.53 mm touches the antenna at {len(data.touches)} speeds, {SLOWER:g} times"
+        " slower than life. Below: the curvature that its sensors feel, the tensor. A slow touch"
+        " fills it, a fast one is over in a few samples. (Movie S2)",
     )

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
-from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.results import Shapes, plot_approach, plot_maps
 from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor
@@ -41,12 +40,11 @@ from feeler.wall import (
     slide,
 )
 from feeler.wall.distance import SETUP_CHOICES
-from feeler.wall.following import follow
+from feeler.wall.following import Run, follow
 from paper.cache import keep
 from paper.context import Context
 from paper.data import CLAIMED, list_profiles
 from paper.readings import load_sentences
-from paper.scale import Scale
 from paper.table import read_declared
 
 # Fig. 3A–D: a wall approaches and slides past; where the antenna bends most, and how well
@@ -77,30 +75,25 @@ def get_main() -> tuple[Posture, dict[str, Any]]:
     return posture, {"quantity": quantity, "method": method}
 
 
-def compute(
-    antennas: Mapping[str, Antenna],
-    *,
-    effort: Scale,
-    engine: str = DEFAULT_ENGINE,
-    timestep: float | None = None,
-    workers: int | None = None,
-) -> SimpleNamespace:
-    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D.
+@lru_cache(maxsize=1)
+def compute(context: Context) -> SimpleNamespace:
+    """Everything of Fig. 3 for the profiles of this scale, the first of which is shown in C and D.
 
     Returns
     -------
     SimpleNamespace
-        ``family``: R² over the family of set-ups (:class:`Family`), or None. By profile:
+        ``rows``. ``family``: R² over the family of set-ups (:class:`Family`), or None. By profile:
         ``main_sweeps``, the quasi-static approach in the configuration nearest to the
         paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
         same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
         ``drives``, a wall that comes nearer
-        without stopping; ``far_slides``, a wall past the first profiles at every distance.
-        ``slides``: a wall past the first profile at a few constant distances. ``default_slides``:
-        past the first profile at every distance, in the default set-up.
+        without stopping; ``far_slides``, a wall past the first profiles at every distance;
+        ``runs``, of bodies that follow a wall, None where there is no map to steer by.
+        ``slides``: a wall past the first profile at a few constant distances. ``fps`` of movies.
     """
+    antennas = {name: context.profiles[name] for name in list_profiles(context)}
     first, lead, (main, measure) = next(iter(antennas.values())), get_lead(), get_main()
-    options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
+    effort, options = context.effort, {"engine": context.engine, "timestep": None}
     mains, sweeps, default = (
         {
             name: keep("wall", approach, antenna, posture, DISTANCES)
@@ -112,8 +105,26 @@ def compute(
     family = None
     if {*CLAIMED} & {*antennas}:  # or there is nothing of the paper's to be held against
         known = [*sweeps.items(), *default.items()]
-        family = compute_family(antennas, part=effort.wall_part, known=known)
+        family = sweep_family(antennas, part=effort.wall_part, known=known)
+    slides = keep("wall", slide, first, lead, SLIDE_DISTANCES, **options)
+    drives = {
+        name: keep("wall", drive, antennas[name], lead, **options)
+        for name in list(antennas)[: effort.drives]
+    }
+    far_slides = {
+        name: keep("wall", slide, antennas[name], lead, DISTANCES, **options)
+        for name in list(antennas)[: effort.far_slides]
+    }
+    rows = {}
+    if far_slides:
+        plain = keep("wall", slide, first, Posture(), DISTANCES, **options)
+        rows = {
+            f"wall.{name}.unique_share{part}": _compute_unique_share(touched, apart)
+            for name, touched in ((LEADING, next(iter(far_slides.values()))), (DEFAULT, plain))
+            for part, apart in (("", APART), (".twentieth", APART / 2))
+        }
     return SimpleNamespace(
+        rows=rows,
         family=family,
         main_sweeps=mains,
         main_maps={name: map_distance(sweep, **measure) for name, sweep in mains.items()},
@@ -121,26 +132,22 @@ def compute(
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         default_sweeps=default,
         default_maps={name: map_distance(sweep) for name, sweep in default.items()},
-        slides=keep("wall", slide, first, lead, SLIDE_DISTANCES, **options),
-        drives={
-            name: keep("wall", drive, antennas[name], lead, **options)
-            for name in list(antennas)[: effort.drives]
+        slides=slides,
+        drives=drives,
+        far_slides=far_slides,
+        runs={
+            name: _follow(antenna)
+            for name, antenna in islice(context.profiles.items(), effort.followers)
         },
-        far_slides={
-            name: keep("wall", slide, antennas[name], lead, DISTANCES, **options)
-            for name in list(antennas)[: effort.far_slides]
-        },
-        default_slides=keep("wall", slide, first, Posture(), DISTANCES, **options)
-        if effort.far_slides != 0
-        else None,
+        fps=effort.fps,
     )
 
 
-@lru_cache(maxsize=1)
-def load(context: Context) -> SimpleNamespace:
-    """What this run shows, computed once for the figure, the table and the movie."""
-    antennas = {name: context.profiles[name] for name in list_profiles(context)}
-    return compute(antennas, effort=context.effort, engine=context.engine)
+def _follow(antenna: Antenna) -> Run | None:
+    try:
+        return follow(antenna, posture=get_lead())
+    except InvalidInput:  # its peak stays at the base hinge: that is the result
+        return None
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
@@ -200,9 +207,8 @@ def _plot_tensors(data: SimpleNamespace, figure: Figure | SubFigure, axes: Seque
     figure.colorbar(image, ax=axes, label="|curvature beyond rest| [1/mm]", pad=0.01)
 
 
-def show(context: Context, section: Section) -> None:
-    """Fig. 3A–D, and R² of every profile."""
-    data = load(context)
+def show(data: SimpleNamespace, section: Section) -> None:
+    """Fig. 3A–D, R² of every profile, and the movies."""
     section.text(
         "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which"
         " angle is meant and how much the wall rubs are not stated in the paper. Panels a and b"
@@ -235,26 +241,14 @@ def show(context: Context, section: Section) -> None:
         },
     )
     if data.far_slides:
-        _show_slides(section, data)
+        shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
+        words = [f"{k} {s.inverted.sum()} of {s.contact.sum()}" for k, s in shapes.items()]
+        section.text(
+            "The inverted J still stands after sliding, of the distances in contact:"
+            f" {', '.join(words)}."
+        )
     _list_maps(section, data)
-    _show_movies(context, section)
-
-
-def _show_slides(section: Section, data: SimpleNamespace) -> None:
-    shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
-    words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
-    for name, touched in (
-        (LEADING, next(iter(data.far_slides.values()))),
-        (DEFAULT, data.default_slides),
-    ):
-        for part, apart in (("", APART), (".twentieth", APART / 2)):
-            section.values[f"wall.{name}.unique_share{part}"] = _compute_unique_share(
-                touched, apart
-            )
-    section.text(
-        "The inverted J still stands after sliding, of the distances in contact:"
-        f" {', '.join(words)}."
-    )
+    _show_movies(section, data)
 
 
 def _list_maps(section: Section, data: SimpleNamespace) -> None:
@@ -318,51 +312,36 @@ def _row(name: str, found: DistanceMap) -> list[object]:
 # follows a wall by it.
 
 
-def _show_movies(context: Context, section: Section) -> None:
-    """The movies, and how well bodies follow."""
-    path = write_drives_movie(
-        load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps
-    )
+def _show_movies(section: Section, data: SimpleNamespace) -> None:
     section.movie(
-        path,
+        write_drives_movie(data.drives, section.folder / "movieS3_wall.mp4", data.fps),
         f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
         f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
         " exceed; red: the point of greatest bend while in contact. (Movie S3)",
     )
-    if context.effort.followers != 0:
-        _follow(context, section)
-
-
-def _follow(context: Context, section: Section) -> None:
-    rows: list[list[object]] = []
+    if not data.runs:
+        return
     section.heading("Following a wall by it")
-    shown = False
-    for name, antenna in islice(context.profiles.items(), context.effort.followers):
-        try:
-            run = follow(antenna, posture=get_lead())
-        except InvalidInput:  # its peak stays at the base hinge: that is the result
-            rows.append([name, *["no map to steer by"] * 4])
-            continue
-        rows.append(
-            [name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"]
+    for name, run in [one for one in data.runs.items() if one[1]][:1]:
+        section.movie(
+            write_run_movie(run, section.folder / "movieS3_following.mp4", data.fps),
+            "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
+            f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
+            " curvature beyond rest. (Movie S3)",
         )
-        if not shown:
-            shown = True
-            path = section.folder / "movieS3_following.mp4"
-            write_run_movie(run, path, context.effort.fps)
-            section.movie(
-                path,
-                "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
-                f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
-                " curvature beyond rest. (Movie S3)",
-            )
     section.table(
         ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
-        rows,
+        [[name, *_describe_run(run)] for name, run in data.runs.items()],
         "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance, in"
         f" the leading set-up ({describe_posture(get_lead())}). With friction it sticks and slips,"
         " so that a rounding can lead to another run, such as that of another kind of processor.",
     )
+
+
+def _describe_run(run: Run | None) -> list[object]:
+    if run is None:
+        return ["no map to steer by"] * 4
+    return [run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"]
 
 
 # Beside Fig. 3B: R² over the family of set-ups of declared.toml, by which the wall claims are
@@ -454,7 +433,7 @@ def list_setups(part: str = "") -> tuple[list[Posture], list[dict[str, str]]]:
     )
 
 
-def compute_family(
+def sweep_family(
     antennas: Mapping[str, Antenna],
     *,
     part: str = "",
@@ -483,15 +462,22 @@ def compute_family(
     )
 
 
-def show_family(context: Context, section: Section) -> None:
-    """Every set-up, in how many the paper's order holds, and the values that the wall claims are
-    judged by.
+def compute_family(context: Context) -> SimpleNamespace | None:
+    """The ``family`` of set-ups, the paper's R² as ``targets``, and as ``rows`` the values that the
+    wall claims are judged by.
     """
-    family = load(context).family
+    family = compute(context).family
     if family is None or len(family.names) < 2:
-        return
+        return None
     said = read_declared("declared.toml")["wall_paper"]
     targets = {name: said[name] for name in CLAIMED}
+    rows = _list_values(family, targets) | _list_readings(family)
+    return SimpleNamespace(rows=rows, family=family, targets=targets)
+
+
+def show_family(data: SimpleNamespace, section: Section) -> None:
+    """Every set-up, and in how many the paper's order holds."""
+    family = data.family
     section.heading("What R² depends on")
     section.text(
         "The paper does not state the posture of the J, the wall's friction, which angle is"
@@ -507,9 +493,8 @@ def show_family(context: Context, section: Section) -> None:
         choices=family.choices,
         r2=family.r2,
         offset=family.offset,
-        targets=targets,
+        targets=data.targets,
     )
-    section.values |= _list_values(family, targets) | _list_readings(family)
     _tabulate_readings(section, family)
     counts = count_orderings(family.cases, family.names)
     section.table(

@@ -15,7 +15,6 @@ from feeler.analysis.dispersion import student_mean
 from feeler.encoding import (
     LABELS,
     ConvolutiveNMF,
-    LocationMapping,
     compute_basis_similarity,
     compute_entropies,
     compute_mass_entropy,
@@ -35,7 +34,6 @@ from feeler.tensors import in_unit, rectify
 from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, load_tensors
-from paper.scale import Scale
 
 # Fig. 4: what convolutive NMF makes of the tensors: residual, entropy, bases, activations,
 # map of locations.
@@ -82,39 +80,32 @@ over all trials, their mean or sum; or activations as shares of mass, of all tri
 each tensor."""
 
 
-def compute(
-    tensors: Any, *, effort: Scale, quantity: str = "angle", random_state: int = 0
-) -> SimpleNamespace:
-    """Encode the tensors of the main antenna with each rank and measure what the paper shows.
-
-    Parameters
-    ----------
-    tensors : Dataset (trial, sensor, time) with the trials' feature, location, size and speed.
-    effort : ranks, restarts and iterations.
-    quantity : "angle" or "curvature"; rectified.
+@lru_cache(maxsize=1)
+def compute(context: Context) -> SimpleNamespace:
+    """Encode the tensors of the main antenna with each rank and measure what the paper shows; Fig.
+    S5 takes its bases of 40 ms from here.
 
     Returns
     -------
     SimpleNamespace
-        By rank (``ranks``), of the restarts that every rank finished: ``residual`` ‖V − V̂‖/‖V‖,
-        (rank, restart), best first; ``entropy`` of the activations [bits], by definition
-        (``ENTROPIES``): (rank, restart); ``stability``, how alike their bases are up to shifts,
-        (rank,). ``encoders`` by rank.
-        ``starts``: the bases of every start (:func:`.compute_map`); ``ranked``: how they
-        change with their number (:func:`.compare_ranks`), or None.
+        ``rows``. By rank (``ranks``), of the restarts that every rank finished: ``residual``
+        ‖V − V̂‖/‖V‖, (rank, restart), best first; ``entropy`` of the activations [bits], by
+        definition (``ENTROPIES``): (rank, restart); ``stability``, how alike their bases are up to
+        shifts, (rank,). ``encoders`` by rank.
+        ``starts``: the bases of every start (:func:`.compute_map`).
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
         ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
         component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
-        sparseness of its rows. ``sampling``: time between samples [ms]. ``tensor_sparseness``: mean
-        Hoyer sparseness of the tensors, each as one vector.
+        sparseness of its rows. ``sampling``: time between samples [ms]. ``effort``: what this scale
+        asks of fits.
     """
-    data = prepare(tensors, quantity)
-    ranks, done = effort.ranks, effort.finished
+    effort, tensors = context.effort, load_tensors(context, list_profiles(context)[0])
+    data, ranks, done = prepare(tensors), effort.ranks, effort.finished
     encoders = {
         m: effort.make_encoder(
             n_components=m,
             n_finished=None if m == MAIN_RANK else done,
-            random_state=random_state,
+            random_state=context.seed,
         ).fit(data)
         for m in ranks
     }
@@ -128,25 +119,39 @@ def compute(
         locate_components(main.components_),
     )
     size = np.linalg.norm(data)
+    residual = np.stack([encoder.restarts_[:done] for encoder in encoders.values()])
+    entropy = {
+        definition: np.array(
+            [
+                [measure(found) for found in encoder.restart_activations_[:done]]
+                for encoder in encoders.values()
+            ]
+        )
+        for definition, measure in ENTROPIES.items()
+    }
+    starts = compute_map(main, data, locations)
+    rows = {
+        f"encoding.{name}.M{rank}": span(one)
+        for name, by_rank in {
+            "residual": residual,
+            **{f"entropy.{definition}": found for definition, found in entropy.items()},
+        }.items()
+        for rank, one in zip(ranks, by_rank, strict=True)
+    }
+    if max(ranks) > MAIN_RANK:
+        least, others = compare_ranks(encoders, MAIN_RANK, done)
+        rows |= {"encoding.ranks": span(least), "encoding.ranks.others": span(others)}
     return SimpleNamespace(
+        rows=rows | list_values(starts),
         ranks=tuple(ranks),
-        residual=np.stack([encoder.restarts_[:done] for encoder in encoders.values()]),
-        entropy={
-            definition: np.array(
-                [
-                    [measure(found) for found in encoder.restart_activations_[:done]]
-                    for encoder in encoders.values()
-                ]
-            )
-            for definition, measure in ENTROPIES.items()
-        },
+        residual=residual,
+        entropy=entropy,
         stability=np.array(
             [compute_stability(list(e.restart_components_[:done])) for e in encoders.values()]
         ),
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
-        starts=compute_map(main, data, locations),
-        ranked=compare_ranks(encoders, MAIN_RANK, done) if max(ranks) > MAIN_RANK else None,
+        starts=starts,
         mapping={code: map_locations(codes[code], locations, places) for code in codes},
         residual_by_code={
             code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
@@ -156,17 +161,7 @@ def compute(
             code: float(np.nanmean(hoyer_sparseness(found))) for code, found in codes.items()
         },
         sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
-        tensor_sparseness=float(np.nanmean(hoyer_sparseness(data.reshape(len(data), -1)))),
-    )
-
-
-@lru_cache(maxsize=1)
-def load(context: Context) -> SimpleNamespace:
-    """What this run shows, fitted once; Fig. S5 takes its bases of 40 ms from here."""
-    return compute(
-        load_tensors(context, list_profiles(context)[0]),
-        effort=context.effort,
-        random_state=context.seed,
+        effort=effort,
     )
 
 
@@ -259,9 +254,9 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     mark_panels((above, below, axes[0, 0]), "bcd")
 
 
-def show(context: Context, section: Section) -> None:
+def show(data: SimpleNamespace, section: Section) -> None:
     """Figs. 4B–D, and whether bases map to contact location."""
-    effort, data = context.effort, load(context)
+    effort = data.effort
     _show_ranks(section, data)
     _show_codes(section, data)
     section.text(
@@ -297,10 +292,6 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
             name: getattr(main, name) for name in ("ranks", "residual", "entropy", "stability")
         },
     )
-    for i, rank in enumerate(main.ranks):
-        section.values[f"encoding.residual.M{rank}"] = span(main.residual[i])
-        for definition, entropy in main.entropy.items():
-            section.values[f"encoding.entropy.{definition}.M{rank}"] = span(entropy[i])
     section.table(
         ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
         [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
@@ -308,10 +299,6 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         " activations over all trials, their mean or their sum. Mass: activations as shares of"
         " their total, over everything or tensor by tensor.",
     )
-    if main.ranked is not None:
-        least, others = main.ranked
-        section.values["encoding.ranks"] = span(least)
-        section.values["encoding.ranks.others"] = span(others)
 
 
 def _show_codes(section: Section, main: SimpleNamespace) -> None:
@@ -347,7 +334,27 @@ def _show_codes(section: Section, main: SimpleNamespace) -> None:
         "How well the dominant component tells the contact location: mutual information against a"
         " permutation null.",
     )
-    keep_values(section, main.starts)
+    tabulate_bases(section, main.starts)
+
+
+def tabulate_bases(section: Section, found: SimpleNamespace) -> None:
+    """A table of the bases of the best start, of :func:`compute_map`."""
+    best = found.mappings[0]
+    section.table(
+        [
+            "basis",
+            "lag [samples]",
+            "place",
+            *(f"share at {place:g} L" for place in best.locations),
+        ],
+        [
+            [k + 1, found.lag[0, k], found.place[0, k], *best.share[:, k]]
+            for k in range(found.lag.shape[1])
+        ],
+        "Centre of mass of each basis over its lags and along the sensors (0: the first, 1: the"
+        " last), and its share of the energy of the ridge codes of contacts at each place; best"
+        " start.",
+    )
 
 
 # When and where each basis acts, and which contacts drive it, over every start of the fit.
@@ -440,32 +447,19 @@ def compare_others(bases: np.ndarray) -> float:
     return float(similarity[~np.eye(len(bases), dtype=bool)].max())
 
 
-def keep_values(section: Section, found: SimpleNamespace) -> None:
-    """The values of all starts that claims are held against, and a table of the best."""
-    best: LocationMapping = found.mappings[0]
-    rows = []
-    for k in range(found.lag.shape[1]):
-        section.values[f"encoding.lag.{k + 1}"] = _spread_starts(found.lag[:, k])
-        section.values[f"encoding.place.{k + 1}"] = span(found.place[:, k])
-        rows.append([k + 1, found.lag[0, k], found.place[0, k], *best.share[:, k]])
+def list_values(found: SimpleNamespace) -> dict[str, Any]:
+    """The values that claims are held against, of the bases of all starts (:func:`compute_map`)."""
+    values: dict[str, Any] = {}
+    for k, (lag, place) in enumerate(zip(found.lag.T, found.place.T, strict=True), 1):
+        values |= {f"encoding.lag.{k}": _spread_starts(lag), f"encoding.place.{k}": span(place)}
     if found.span.shape[1] == 3:
-        section.values["encoding.span.2"] = _spread_starts(found.span[:, 1])
-        section.values["encoding.span.rival"] = _spread_starts(found.span[:, ::2].max(axis=1))
-    section.values["encoding.contact_margin"] = span(found.margin)
+        values["encoding.span.2"] = _spread_starts(found.span[:, 1])
+        values["encoding.span.rival"] = _spread_starts(found.span[:, ::2].max(axis=1))
     p = np.array([one.p_information for one in found.mappings])
-    section.values["encoding.location_p"] = span(p)
-    section.table(
-        [
-            "basis",
-            "lag [samples]",
-            "place",
-            *(f"share at {place:g} L" for place in best.locations),
-        ],
-        rows,
-        "Centre of mass of each basis over its lags and along the sensors (0: the first, 1: the"
-        " last), and its share of the energy of the ridge codes of contacts at each place; best"
-        " start.",
-    )
+    return values | {
+        "encoding.contact_margin": span(found.margin),
+        "encoding.location_p": span(p),
+    }
 
 
 def _spread_starts(starts: np.ndarray) -> dict[str, Any]:
@@ -490,10 +484,11 @@ _STEPS = (
 )
 
 
-def take(data: SimpleNamespace, tensors: Any) -> SimpleNamespace:
-    """One slow touch of the smaller ball: what is encoded (sensor, time), its code (component,
-    time), the bases, and what they give together (sensor, time).
+def compute_encoder(context: Context) -> SimpleNamespace:
+    """One slow touch of the smaller ball that Fig. 4D shows: what is encoded (sensor, time), its
+    code (component, time), the bases of this run, and what they give together (sensor, time).
     """
+    data, tensors = compute(context), load_tensors(context, list_profiles(context)[0])
     name = next(key for key in data.examples if key.startswith("ball"))
     bases = data.encoders[
         MAIN_RANK if MAIN_RANK in data.encoders else data.ranks[0]
@@ -507,18 +502,20 @@ def take(data: SimpleNamespace, tensors: Any) -> SimpleNamespace:
     number = int(chosen[tensors["size"].values[chosen].argmin()])
     code = data.examples[name]
     return SimpleNamespace(
+        rows={},
         name=name,
         touch=prepare(tensors.isel(trial=[number]))[0],
         code=code,
         bases=bases,
         sum=reconstruct(bases, code[None])[0],
+        sampling=data.sampling,
     )
 
 
-def plot_encoder(shown: SimpleNamespace, sampling: float, figure: Figure) -> None:
+def plot_encoder(shown: SimpleNamespace, figure: Figure) -> None:
     """The touch, what the code keeps of it, and a row for each basis with its activation."""
     touch, rows = np.rad2deg(shown.touch), len(shown.bases)
-    time, norm = sampling * np.arange(touch.shape[1]), Normalize(0, float(touch.max()))
+    time, norm = shown.sampling * np.arange(touch.shape[1]), Normalize(0, float(touch.max()))
     widths = (1.5, 0.1, 1.5, 0.2, 0.6, 0.1, 1.7)
     grid = figure.add_gridspec(rows, len(widths), width_ratios=widths)
     wholes = [figure.add_subplot(grid[:, column]) for column in (0, 2)]
@@ -557,10 +554,8 @@ def _draw_row(
     axes[1].set_title(f"basis {m + 1}: activation", color=colour, pad=2)
 
 
-def show_encoder(context: Context, section: Section) -> None:
-    """A touch that Fig. 4D shows, on the bases of this run."""
-    data, tensors = load(context), load_tensors(context, list_profiles(context)[0])
-    shown = take(data, tensors)
+def show_encoder(shown: SimpleNamespace, section: Section) -> None:
+    """The touch on the bases."""
     section.figure(
         "fig4a_encoder",
         f"What the encoder does with one slow touch ({shown.name.replace(' ', ' at ')} L, angles"
@@ -568,7 +563,7 @@ def show_encoder(context: Context, section: Section) -> None:
         " its activation is not 0, as strong as this is (∗ is convolution; activations as shares of"
         " the greatest of all); the sum (Σ) is what the code keeps of the touch. Last line: what is"
         " done with the activations. (Fig. 4A)",
-        lambda figure: plot_encoder(shown, data.sampling, figure),
+        lambda figure: plot_encoder(shown, figure),
         height=3.6,
         numbers={"touch": shown.touch, "code": shown.code, "sum": shown.sum},
     )

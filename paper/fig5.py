@@ -1,6 +1,6 @@
 """Fig. 5A–D and S6: accuracy against noise, dispersion, and touches that were never trained."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import combinations
 from types import SimpleNamespace
 from typing import Any
@@ -30,24 +30,25 @@ from paper.data import (
     load_tensors,
     select_speed,
 )
-from paper.fig5_data import MAIN, load, name_speeds, spread_accuracy
+from paper.fig5_data import MAIN
+from paper.fig5_data import compute as compute_dispersion
 from paper.readings_computed import trace_main
 
 # Fig. 5A–D: how well touches are discriminated, by speed and by profile, against noise.
 
-KEPT_AT = (0.1, 0.3)
-"""Noise ratios at which the paper names the variance that its principal components keep."""
 
-
-def plot(
-    data: SimpleNamespace,
-    curves: Mapping[str, Mapping[str, np.ndarray]],
-    ratios: Sequence[float],
-    figure: Figure,
-) -> None:
-    """The paper's panels a to d: NMI above; accuracy (ratio, repeat) of each group against noise
-    below.
+def compute(context: Context) -> SimpleNamespace:
+    """What :func:`paper.fig5_data.compute` gives, and ``traced``, accuracy (ratio, repeat) of each
+    group of each comparison under the main reading.
     """
+    data = compute_dispersion(context)
+    traced = {comparison: trace_main(context, comparison) for comparison in data.curves}
+    return SimpleNamespace(**vars(data), traced=traced)
+
+
+def plot(data: SimpleNamespace, figure: Figure) -> None:
+    """The paper's panels a to d: NMI above; accuracy of each group against noise below."""
+    curves = data.traced
     top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.25), squeeze=False).flat
     axes = top.subplots(1, 2 * len(curves), sharey=True, squeeze=False)[0]
     pairs = [(comparison, kind) for comparison in curves for kind in MAIN]
@@ -56,7 +57,10 @@ def plot(
         ax.set_title({"joint": "activations", "raw": "tensors"}[kind])
     axes[0].set_ylabel("NMI with the closest match")
     mark_panels(axes[::2])
-    x, chance = [100 * ratio for ratio in ratios if ratio > 0], 1 / _count_classes(data)
+    x, chance = (
+        [100 * ratio for ratio in data.plan.ratios if ratio > 0],
+        1 / _count_classes(data),
+    )
     below = bottom.subplots(1, len(curves), sharey=True, squeeze=False)[0]
     for (comparison, groups), ax in zip(curves.items(), below, strict=True):
         colours = pick_colours(groups)
@@ -78,10 +82,8 @@ def _count_classes(data: SimpleNamespace) -> int:
     return len(next(iter(data.groups["speed"].values())).tensors)
 
 
-def show(context: Context, section: Section) -> None:
+def show(data: SimpleNamespace, section: Section) -> None:
     """Accuracy by speed and by profile, beside its null."""
-    data, plan = load(context), context.effort.plan
-    traced = {comparison: trace_main(context, comparison) for comparison in data.curves}
     section.figure(
         "fig5_classification",
         "a, b: NMI of every tensor's closest match (dots), mean and 95 % bootstrap interval over"
@@ -91,12 +93,12 @@ def show(context: Context, section: Section) -> None:
         f" against noise ({_count_classes(data)} classes), under the reading nearest to the"
         " paper's"
         " words: principal components of all clean activations, then noise; line: mean, shaded: ± 1"
-        f" SD over {plan.n_repeats} repeats; chance dotted. Profiles in the paper's window;"
+        f" SD over {data.plan.n_repeats} repeats; chance dotted. Profiles in the paper's window;"
         " complete"
         " touches are in a figure of their own. (Fig. 5A–D)",
-        lambda figure: plot(data, traced, plan.ratios, figure),
+        lambda figure: plot(data, figure),
         height=4.4,
-        numbers={"accuracy": traced},
+        numbers={"accuracy": data.traced},
     )
     section.heading("Classification, other readings")
     section.text(
@@ -109,7 +111,6 @@ def show(context: Context, section: Section) -> None:
         " one"
         " code, so their null is chance."
     )
-    section.values |= _collect_values(data.curves, name_speeds(context), plan.n_restarts)
     section.table(
         [
             "by",
@@ -123,35 +124,6 @@ def show(context: Context, section: Section) -> None:
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
         " repeated. Profiles in the paper's window; complete touches stand below.",
     )
-
-
-def _collect_values(
-    by_comparison: Mapping[str, Curves], speeds: Mapping[str, str], starts: int
-) -> dict[str, object]:
-    """Accuracy of every group, and the variance kept of the first group's codes, with the ends of
-    its repeats.
-    """
-    values: dict[str, object] = {}
-    for curves in by_comparison.values():
-        for group, sweep in curves.find("joint").items():
-            found = spread_accuracy(sweep, starts)
-            values[f"classification.lda.{speeds.get(group, group)}"] = found
-    first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
-    for ratio in KEPT_AT:
-        rows = np.isclose(first.ratios, ratio)
-        for name, kept in (
-            ("clean codes", first.kept_clean),
-            ("noisy copies", first.kept_noisy),
-        ):
-            if rows.any():
-                value = make_spread(
-                    np.nanmean(kept[rows]),
-                    np.nanmin(kept[rows]),
-                    np.nanmax(kept[rows]),
-                    n=starts,
-                )
-                values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
-    return values
 
 
 def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
@@ -185,8 +157,6 @@ def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
 # Fig. S6: dispersion by contact speed and by stiffness profile, of codes and tensors.
 
 _LEAST = 1e-5  # of the greatest MSE that is drawn: identical pairs have none
-_KINDS = {"raw": "tensor", "joint": "activation"}
-"""What the values of the paper's two data sets are called."""
 
 
 def plot_dispersion(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
@@ -209,22 +179,8 @@ def plot_dispersion(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         ax.set_ylabel(INDICES[index].label)
 
 
-def show_dispersion(context: Context, section: Section) -> None:
+def show_dispersion(data: SimpleNamespace, section: Section) -> None:
     """Every closest match, by speed and by profile."""
-    data, speeds = load(context), name_speeds(context)
-    values = {
-        f"dispersion.{_KINDS[kind]}.{index}.{speeds.get(group, group)}": make_spread(
-            *(interval.estimate, interval.low, interval.high),
-            n=context.effort.plan.n_restarts
-            if kind == "joint"
-            else dispersion.values(index, group).size,
-        )
-        for found in data.dispersions.values()
-        for kind, dispersion in found.items()
-        if kind in _KINDS
-        for index, groups in dispersion.average.items()
-        for group, interval in groups.items()
-    }
     section.figure(
         "figS6_dispersion",
         "Every tensor's closest match among the others of its group (dots), mean and 95 % bootstrap"
@@ -234,9 +190,8 @@ def show_dispersion(context: Context, section: Section) -> None:
         " window; complete touches are in a table of their own. (Fig. S6)",
         lambda figure: plot_dispersion(data, figure),
         height=6.4,
-        numbers=values,
+        numbers={key: one for key, one in data.rows.items() if key.startswith("dispersion.")},
     )
-    section.values |= values
 
 
 # Beside Fig. 5: trained on some touches, tested on others: a new size or place, a shifted
@@ -248,7 +203,7 @@ _SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}
 _LEFT_OUT = {"size": "size", "place": "location"}
 
 
-def compute_new(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> SimpleNamespace:
+def classify_new(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> SimpleNamespace:
     """Leave out every size, then every place, in turn; LDA on the tensors of one speed.
 
     Returns
@@ -325,24 +280,35 @@ def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[
     }
 
 
-def show_new(context: Context, section: Section) -> None:
-    """New sizes and places, by profile at slow touch, in both windows."""
-    plan, names = context.effort.plan, list_profiles(context)
-    data = {
-        window: {
-            name: compute_new(tensors, plan, random_state=context.seed)
-            for name, tensors in profiles.items()
-        }
-        for window, profiles in _load_windows(context, names).items()
-    }
-    section.heading("New sizes and places")
-    _keep_new(section, data, plan.probe)
+def compute_new(context: Context) -> SimpleNamespace:
+    """New sizes and places, by profile at slow touch, in both windows: ``rows``, and ``lines`` of a
+    table.
+    """
+    rows: dict[str, object] = {}
+    lines, plan = [], context.effort.plan
+    for window, profiles in _load_windows(context).items():
+        for name, tensors in profiles.items():
+            new = classify_new(tensors, plan, random_state=context.seed)
+            for split, right in new.touches.items():
+                one = bootstrap_mean(right, np.random.default_rng(0))
+                found = make_spread(one.estimate, one.low, one.high, n=right.size)
+                rows[f"generalise.{split}.{window}.{name}"] = found
+                rows[f"generalise.chance.{split}"] = new.chance[split]
+            for attribute, change in new.change.items():
+                rows[f"generalise.change.{attribute}.{window}.{name}"] = change
+            shares = [(new.accuracy[s], *new.parts[s].values()) for s in _SPLITS]
+            changed = [100 * new.change[attribute] for attribute in _LEFT_OUT.values()]
+            lines.append(
+                [window, name, *(100 * one for split in shares for one in split), *changed]
+            )
+    return SimpleNamespace(rows=rows, lines=lines, probe=plan.probe)
 
 
-def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.Dataset]]:
+def _load_windows(context: Context) -> dict[str, dict[str, xr.Dataset]]:
     """Slow touches of every profile in the paper's window; of several, complete ones beside them,
     because it cuts them differently.
     """
+    names = list_profiles(context)
     slow = {name: select_speed(load_tensors(context, name), SPEEDS["slow"]) for name in names}
     if len(names) < 2:
         return {WINDOWS[0]: slow}
@@ -350,30 +316,15 @@ def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.
     return dict(zip(WINDOWS, (slow, whole), strict=True))
 
 
-def _keep_new(
-    section: Section, data: Mapping[str, Mapping[str, SimpleNamespace]], probe: float
-) -> None:
-    rows = []
-    for window, profiles in data.items():
-        for name, new in profiles.items():
-            for split, right in new.touches.items():
-                one = bootstrap_mean(right, np.random.default_rng(0))
-                found = make_spread(one.estimate, one.low, one.high, n=right.size)
-                section.values[f"generalise.{split}.{window}.{name}"] = found
-                section.values[f"generalise.chance.{split}"] = new.chance[split]
-            for attribute, change in new.change.items():
-                section.values[f"generalise.change.{attribute}.{window}.{name}"] = change
-            shares = [(new.accuracy[s], *new.parts[s].values()) for s in _SPLITS]
-            changed = [100 * new.change[attribute] for attribute in _LEFT_OUT.values()]
-            rows.append(
-                [window, name, *(100 * one for split in shares for one in split), *changed]
-            )
+def show_new(data: SimpleNamespace, section: Section) -> None:
+    """A table of new sizes and places."""
+    section.heading("New sizes and places")
     header = ["window", "profile", "new size [%]", "of it shape", "place"]
     section.table(
         [*header, "new place [%]", "of it shape", "size", "change by size [%]", "by place"],
-        rows,
+        data.lines,
         "Accuracy of LDA on clean slow touches whose size, or place, was never trained (noise of"
-        f" {100 * probe:g} % in training), and how often each part is right (on noisy copies)."
+        f" {100 * data.probe:g} % in training), and how often each part is right (on noisy copies)."
         " Last: by"
         " which share of its norm a tensor changes if only its size or its place (one step) does.",
     )

@@ -5,8 +5,9 @@ codes of whole touches.
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -65,7 +66,7 @@ MAIN = ("joint", "raw")
 """The paper's two data sets: activations and tensors."""
 
 
-def compute(
+def compare(
     tensors: Mapping[str, Any],
     encoder: Any,
     *,
@@ -121,17 +122,76 @@ def compute(
     )
 
 
+KEPT_AT = (0.1, 0.3)
+"""Noise ratios at which the paper names the variance that its principal components keep."""
+_KINDS = {"raw": "tensor", "joint": "activation"}
+"""What the values of the paper's two data sets are called."""
+
+
 @lru_cache(maxsize=1)
-def load(context: Context) -> SimpleNamespace:
-    """What this run shows, computed once for all figures of its section."""
+def compute(context: Context) -> SimpleNamespace:
+    """What :func:`compare` gives for this run, with ``rows``; ``nulls``, the dispersion of
+    identical touches by comparison; ``speeds``, see :func:`name_speeds`; and the ``plan``.
+    """
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
-    return compute(
+    plan, speeds = context.effort.plan, name_speeds(context)
+    data = compare(
         sets,
         context.effort.make_encoder(),
-        plan=context.effort.plan,
+        plan=plan,
         reference=next(iter(sets)),
         random_state=context.seed,
     )
+    nulls = {
+        comparison: disperse_null(data.groups[comparison], curves.fits, context.seed)
+        for comparison, curves in data.curves.items()
+    }
+    rows = _list_accuracies(data.curves, speeds, plan)
+    for comparison, kinds in data.dispersions.items():
+        shown = {_KINDS[kind]: found for kind, found in kinds.items() if kind in _KINDS}
+        for kind, found in {**shown, "null": nulls[comparison]}.items():
+            n = {"activation": plan.n_restarts, "null": plan.null_restarts}.get(kind)
+            rows |= list_dispersion(found, f"dispersion.{kind}", n, speeds)
+    return SimpleNamespace(**vars(data), rows=rows, nulls=nulls, speeds=speeds, plan=plan)
+
+
+def list_dispersion(
+    found: Dispersion, prefix: str, n: int | None = None, names: Mapping[Any, str] | None = None
+) -> dict[str, Any]:
+    """The average of every index and group by name, of ``n`` starts or, by default, of touches;
+    ``names``: what groups are called, where it differs.
+    """
+    return {
+        f"{prefix}.{index}.{(names or {}).get(group, group)}": make_spread(
+            one.estimate, one.low, one.high, n=n or found.values(index, group).size
+        )
+        for index, groups in found.average.items()
+        for group, one in groups.items()
+    }
+
+
+def _list_accuracies(
+    by_comparison: Mapping[str, Curves], speeds: Mapping[str, str], plan: Plan
+) -> dict[str, Any]:
+    """Accuracy of every group and of its null, and the variance kept of the first group's codes,
+    with the ends of its repeats.
+    """
+    rows: dict[str, Any] = {}
+    for curves in by_comparison.values():
+        for group, sweep in curves.find("joint").items():
+            name, null = speeds.get(group, group), curves.find_null("joint", group=group)
+            assert null is not None  # compute_curves makes one for every group
+            rows[f"classification.lda.{name}"] = spread_accuracy(sweep, plan.n_restarts)
+            rows[f"classification.null.{name}"] = spread_accuracy(null, plan.null_restarts)
+    first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
+    kinds = {"clean codes": first.kept_clean, "noisy copies": first.kept_noisy}
+    for ratio, (kind, every) in product(KEPT_AT, kinds.items()):
+        if (kept := every[np.isclose(first.ratios, ratio)]).size:
+            ends = np.nanmean(kept), np.nanmin(kept), np.nanmax(kept)
+            rows[f"classification.pca.{kind} at {100 * ratio:g} % noise"] = make_spread(
+                *ends, n=plan.n_restarts
+            )
+    return rows
 
 
 def name_speeds(context: Context) -> dict[str, str]:
@@ -156,30 +216,39 @@ def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]
 # carries over to a twin.
 
 
-def show_nulls(context: Context, section: Section) -> None:
+def compute_nulls(context: Context) -> SimpleNamespace:
+    """What :func:`compute` gives, and the twin test of the groups that the plan asks for:
+    ``twins`` by group.
+    """
+    data, seed = compute(context), context.seed
+    encoder = configure(context.effort.make_encoder(), {"random_state": seed})
+    twins = {
+        group: compare_twins(one.tensors, one.labels, encoder, data.plan, random_state=seed)
+        for group, one in _list_twins(data.groups, data.plan.twins).items()
+    }
+    rows, n = {}, data.plan.null_restarts
+    for group, found in twins.items():
+        name = data.speeds.get(group, group)
+        rows[f"classification.twin.{name}"] = spread_accuracy(found.other, n)
+        rows[f"classification.twin_kept.{name}"] = make_spread(
+            found.kept, *_bound_kept(found), n=n
+        )
+    return SimpleNamespace(**vars(data) | {"rows": data.rows | rows}, twins=twins)
+
+
+def show_nulls(data: SimpleNamespace, section: Section) -> None:
     """Null of each group's dispersion and accuracy, and the twin test, beside the real numbers."""
-    data, speeds = load(context), name_speeds(context)
-    starts = context.effort.plan.null_restarts
     section.heading("Identical touches, and every touch twice")
     rows = []
     for comparison, curves in data.curves.items():
-        null = disperse_null(data.groups[comparison], curves.fits, context.seed)
-        real = data.dispersions[comparison]["joint"]
+        null, real = data.nulls[comparison], data.dispersions[comparison]["joint"]
         for group, sweep in curves.find("joint").items():
-            name, fitted = speeds.get(group, group), curves.fits[group]
-            cells = []
-            for index in INDICES:
-                found = null.average[index][group]
-                key = f"dispersion.null.{index}.{name}"
-                section.values[key] = make_spread(
-                    found.estimate, found.low, found.high, n=starts
-                )
-                cells.append(
-                    f"{real.average[index][group].estimate:.3g} / {found.estimate:.3g}"
-                )
-            alone = curves.find_null("joint", group=group)
-            assert alone is not None  # compute_curves makes one for every group
-            section.values[f"classification.null.{name}"] = spread_accuracy(alone, starts)
+            cells = [
+                f"{real.average[index][group].estimate:.3g} /"
+                f" {null.average[index][group].estimate:.3g}"
+                for index in INDICES
+            ]
+            alone, fitted = curves.find_null("joint", group=group), curves.fits[group]
             cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
             end = "by its tolerance" if fitted.converged else "at the limit"
             rows.append([comparison, group, *cells, f"{fitted.n_iter}, {end}"])
@@ -196,8 +265,8 @@ def show_nulls(context: Context, section: Section) -> None:
         " repeated. A difference that identical touches show too comes from the recipe. Profiles in"
         " the paper's window; complete touches stand below.",
     )
-    if twins := _compare_all_twins(data.groups, context):
-        _show_twins(section, twins, speeds, context.effort.plan)
+    if data.twins:
+        _show_twins(section, data.twins, data.plan)
 
 
 def disperse_null(
@@ -210,18 +279,6 @@ def disperse_null(
     )
     scaled = {name: fitted.codes / peak for name, fitted in fits.items()}
     return compute_dispersion(scaled, scale=False, random_state=random_state)
-
-
-def _compare_all_twins(
-    groups: Mapping[str, Mapping[str, Group]], context: Context
-) -> dict[str, DuplicateControl]:
-    """The twin test of the groups that the plan asks for."""
-    plan, seed = context.effort.plan, context.seed
-    encoder = configure(context.effort.make_encoder(), {"random_state": seed})
-    return {
-        name: compare_twins(group.tensors, group.labels, encoder, plan, random_state=seed)
-        for name, group in _list_twins(groups, plan.twins).items()
-    }
 
 
 def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[str, Group]:
@@ -247,19 +304,10 @@ def _bound_kept(found: DuplicateControl) -> tuple[float, float]:
 def _show_twins(
     section: Section,
     twins: Mapping[str, DuplicateControl],
-    speeds: Mapping[str, str],
     plan: Plan,
 ) -> None:
     rows = []
     for group, found in twins.items():
-        name = speeds.get(group, group)
-        section.values[f"classification.twin.{name}"] = spread_accuracy(
-            found.other, plan.null_restarts
-        )
-        low, high = _bound_kept(found)
-        section.values[f"classification.twin_kept.{name}"] = make_spread(
-            found.kept, low, high, n=plan.null_restarts
-        )
         accuracies = [
             " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))
             for sweep in (found.same, found.other)
@@ -285,28 +333,29 @@ def _show_twins(
 # exponential profile's short.
 
 
-def compute_complete(
-    tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int = 0
-) -> SimpleNamespace:
-    """Everything of whole slow touches, by profile.
-
-    tensors : Datasets by profile with ``angle`` and ``force``, recorded until no touch begins
-    again.
+@lru_cache(maxsize=1)
+def compute_complete(context: Context) -> SimpleNamespace | None:
+    """Everything of whole slow touches, by profile; of one profile nothing.
 
     Returns
     -------
     SimpleNamespace
-        ``windows`` by profile, ``dispersion`` of complete touches, ``sweeps[noise][profile]`` of
-        accuracy on tensors, and ``peaks`` by profile, the greatest angle [rad]: common noise is a
-        share of the greatest of them.
+        ``rows``. ``windows`` by profile; ``indices``, see :func:`list_indices`;
+        ``cut[noise][profile]`` and ``sweeps[noise][profile]`` of accuracy on tensors, in the
+        paper's window and of whole touches; and ``peaks`` by profile, the greatest angle [rad]:
+        common noise is a share of the greatest of them.
     """
+    names, base, plan = list_profiles(context), compute(context), context.effort.plan
+    if len(names) < 2:
+        return None
+    tensors = {name: load_complete(context, name) for name in names}
     arrays, labels = complete_arrays(tensors)
     options: dict[str, Any] = {
         "ratios": plan.ratios,
         "n_copies": plan.n_copies,
         "n_repeats": plan.n_repeats,
         "estimator": make_lda(),
-        "random_state": random_state,
+        "random_state": context.seed,
     }
     sweeps = {
         noise: {
@@ -315,26 +364,38 @@ def compute_complete(
         }
         for noise in ("relative", "common")
     }
+    cut = {noise: base.curves["profile"].find("raw", noise) for noise in sweeps}
+    windows = {name: measure_window(data) for name, data in tensors.items()}
+    peaks = {
+        name: float(rectify(complete_tensors(data)["angle"].values).max())
+        for name, data in tensors.items()
+    }
+    dispersion = compute_dispersion(arrays, random_state=context.seed)
+    rows, indices = list_indices(dispersion, base.rows)
+    rows |= {f"complete.peak.{name}": peak for name, peak in peaks.items()}
+    rows |= {
+        f"window.{part}.{name}": value
+        for name, window in windows.items()
+        for part, value in vars(window).items()
+    }
+    rows |= {
+        f"{kind}.{noise}.{name}": spread_accuracy(found[noise][name])
+        for kind, found in (("complete", sweeps), ("cut", cut))
+        for noise, one in sweeps.items()
+        for name in one
+    }
     return SimpleNamespace(
-        windows={name: measure_window(data) for name, data in tensors.items()},
-        dispersion=compute_dispersion(arrays, random_state=random_state),
-        sweeps=sweeps,
-        peaks={
-            name: float(rectify(complete_tensors(data)["angle"].values).max())
-            for name, data in tensors.items()
-        },
+        rows=rows, windows=windows, indices=indices, sweeps=sweeps, cut=cut, peaks=peaks
     )
 
 
-def plot_complete(
-    data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure
-) -> None:
+def plot_complete(data: SimpleNamespace, figure: Figure) -> None:
     """Accuracy on tensors by profile: the paper's window on the left, complete touches on the
     right; a row per noise.
     """
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     for row, noise in zip(axes, data.sweeps, strict=True):
-        for ax, sweeps in zip(row, (cut[noise], data.sweeps[noise]), strict=True):
+        for ax, sweeps in zip(row, (data.cut[noise], data.sweeps[noise]), strict=True):
             for k, (name, sweep) in enumerate(sweeps.items()):
                 plot_sweep(
                     sweep,
@@ -352,17 +413,8 @@ def plot_complete(
     axes[0, 0].legend(fontsize=7, frameon=False)
 
 
-def show_complete(context: Context, section: Section) -> None:
+def show_complete(data: SimpleNamespace, section: Section) -> None:
     """What the window cuts, and the profiles compared without it."""
-    names = list_profiles(context)
-    if len(names) < 2:
-        return
-    data = compute_complete(
-        {name: load_complete(context, name) for name in names},
-        context.effort.plan,
-        random_state=context.seed,
-    )
-    cut = {noise: load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
     section.heading("Complete touches")
     section.text(
         f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and"
@@ -370,21 +422,46 @@ def show_complete(context: Context, section: Section) -> None:
         f" own shortest full window, all with {DURATION:g} samples. Whether a touch begins again"
         f" was looked for up to {COMPLETE:g} ms."
     )
-    _tabulate(section, data)
+    section.table(
+        [
+            "profile",
+            "lets go at the latest [ms]",
+            "cut by the window",
+            "of these, out of contact at its end",
+            "identical pairs",
+            "ceiling",
+        ],
+        [[name, w.end, w.cut, w.again, w.pairs, w.ceiling] for name, w in data.windows.items()],
+        f"Slow touches, {WINDOWS[1]} (of"
+        f" {next(iter(data.sweeps['relative'].values())).classes.size}). Identical pairs: touches"
+        f" whose tensors differ by less than {SAME:g} rad inside the paper's window; no"
+        " classifier can be right more often than the ceiling says.",
+    )
     section.figure(
         "fig5_complete",
         "Accuracy of LDA on slow tensors by profile, in the paper's window and over complete"
         " touches, with noise relative to each tensor's peak and with one noise floor for all;"
         " mean ± 1 SD over repeats, chance dotted.",
-        lambda figure: plot_complete(data, cut, figure),
+        lambda figure: plot_complete(data, figure),
         height=4.6,
         numbers={
             WINDOWS[1]: _list_noisy(data.sweeps),
-            WINDOWS[0]: _list_noisy(cut),
+            WINDOWS[0]: _list_noisy(data.cut),
             "windows": {name: vars(window) for name, window in data.windows.items()},
         },
     )
-    _keep_complete(section, data, cut)
+    loudest = max(data.peaks, key=data.peaks.__getitem__)
+    section.text(
+        "Common noise is a share of the greatest angle of all antennas,"
+        f" {data.peaks[loudest]:.3g} rad ({loudest}). The greatest angle of each, in rad: "
+        + ", ".join(f"{name} {peak:.3g}" for name, peak in data.peaks.items())
+        + "."
+    )
+    section.table(
+        ["index", *data.windows],
+        data.indices,
+        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
+    )
 
 
 def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str, np.ndarray]]:
@@ -394,70 +471,26 @@ def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str,
     }
 
 
-def _tabulate(section: Section, data: SimpleNamespace) -> None:
-    header = [
-        "profile",
-        "lets go at the latest [ms]",
-        "cut by the window",
-        "of these, out of contact at its end",
-    ]
-    section.table(
-        [*header, "identical pairs", "ceiling"],
-        [[name, w.end, w.cut, w.again, w.pairs, w.ceiling] for name, w in data.windows.items()],
-        f"Slow touches, {WINDOWS[1]} (of"
-        f" {next(iter(data.sweeps['relative'].values())).classes.size}). Identical pairs: touches"
-        f" whose tensors differ by less than {SAME:g} rad inside the paper's window; no"
-        " classifier can be right more often than the ceiling says.",
-    )
-    for name, window in data.windows.items():
-        section.values |= {
-            f"window.{part}.{name}": value for part, value in vars(window).items()
-        }
-
-
-def keep_dispersion(
-    section: Section, whole: Dispersion, names: Mapping[Any, str] | None = None
-) -> list[list[str]]:
-    """Values of the four indices by group in the paper's window, which are known, and over complete
-    touches; the rows of a table. ``names``: what the section calls the groups, where it differs.
+def list_indices(
+    whole: Dispersion, known: Mapping[str, Any], names: Mapping[Any, str] | None = None
+) -> tuple[dict[str, Any], list[list[str]]]:
+    """The four indices of tensors by group, in the paper's window, which are among the ``known``
+    values, and over complete touches: values, and lines of a table. ``names`` of groups, where
+    values call them otherwise.
     """
-    rows, cells = [], cast(dict[str, Any], section.values)
+    rows, lines = {}, []
     for index in INDICES:
-        row = [INDICES[index].label]
-        for group, found in whole.average[index].items():
-            name = (names or {}).get(group, group)
-            n, cut = whole.values(index, group).size, cells[f"dispersion.tensor.{index}.{name}"]
-            spread = make_spread(found.estimate, found.low, found.high, n=n)
-            cells[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = cut
-            cells[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
-            row.append(f"{cut['value']:.3g} → {found.estimate:.3g}")
-        rows.append(row)
-    return rows
-
-
-def _keep_complete(
-    section: Section, data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]]
-) -> None:
-    """Values of both windows, and a table of the four indices."""
-    loudest = max(data.peaks, key=data.peaks.__getitem__)
-    section.text(
-        "Common noise is a share of the greatest angle of all antennas,"
-        f" {data.peaks[loudest]:.3g} rad ({loudest}). The greatest angle of each, in rad: "
-        + ", ".join(f"{name} {peak:.3g}" for name, peak in data.peaks.items())
-        + "."
-    )
-    rows = keep_dispersion(section, data.dispersion)
-    section.table(
-        ["index", *data.windows],
-        rows,
-        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
-    )
-    for name, peak in data.peaks.items():
-        section.values[f"complete.peak.{name}"] = peak
-    for noise, sweeps in data.sweeps.items():
-        for name, sweep in sweeps.items():
-            section.values[f"complete.{noise}.{name}"] = spread_accuracy(sweep)
-            section.values[f"cut.{noise}.{name}"] = spread_accuracy(cut[noise][name])
+        line = [INDICES[index].label]
+        for group, one in whole.average[index].items():
+            name, n = (names or {}).get(group, group), whole.values(index, group).size
+            cut = known[f"dispersion.tensor.{index}.{name}"]
+            rows[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = cut
+            rows[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = make_spread(
+                one.estimate, one.low, one.high, n=n
+            )
+            line.append(f"{cut['value']:.3g} → {one.estimate:.3g}")
+        lines.append(line)
+    return rows, lines
 
 
 # Beside Fig. 5C: LDA on the tensors of every speed, in the paper's window and over whole
@@ -467,7 +500,7 @@ JOINT_CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for wi
 """What LDA may have read."""
 
 
-def compute_speeds(
+def sweep_speeds(
     groups: Mapping[str, tuple[np.ndarray, np.ndarray]], plan: Plan, *, random_state: int = 0
 ) -> tuple[dict[str, Sweep], Sweep]:
     """Accuracy on noisy tensors of every group, given with their labels, and on as many copies of
@@ -492,46 +525,49 @@ def compute_speeds(
     return sweeps, sweep(repeated, labels, plan.control_repeats or plan.n_repeats)
 
 
-def show_speeds(context: Context, section: Section) -> None:
-    """LDA on tensors by speed, and every reading of the claims on LDA."""
+def compute_speeds(context: Context) -> SimpleNamespace | None:
+    """LDA on tensors by speed, in the paper's window (``cut``) and over ``whole`` touches, with
+    ``indices``; ``rows``: these, and every reading of the claims on LDA.
+    """
     if len(list_speeds(context, list_profiles(context)[0])) < 2:
-        return
-    whole, null = compute_speeds(
-        _list_speeds(context), context.effort.plan, random_state=context.seed
-    )
-    cut = load(context).curves["speed"].find("raw")
+        return None
+    base, groups = compute(context), _list_speeds(context)
+    whole, null = sweep_speeds(groups, context.effort.plan, random_state=context.seed)
+    arrays = {name: array for name, (array, _) in groups.items()}
+    dispersion = compute_dispersion(arrays, random_state=context.seed)
+    rows, indices = list_indices(dispersion, base.rows, base.speeds)
+    complete = {base.speeds[group]: spread_accuracy(sweep) for group, sweep in whole.items()}
+    profiles = compute_complete(context)
+    for name, sweep in profiles.sweeps["relative"].items() if profiles else ():
+        complete[name] = spread_accuracy(sweep)
+    for curves in base.curves.values():
+        rows |= _list_readings(curves, base, complete, spread_accuracy(null))
+    cut = base.curves["speed"].find("raw")
+    return SimpleNamespace(rows=rows, indices=indices, cut=cut, whole=whole)
+
+
+def show_speeds(data: SimpleNamespace, section: Section) -> None:
+    """Tables of accuracy and indices by speed."""
     section.heading("Tensors by speed")
     section.table(
-        ["window", *whole],
+        ["window", *data.whole],
         [
             [
                 window,
                 *(100 * float(one.noisy[one.ratios > 0].mean()) for one in sweeps.values()),
             ]
-            for window, sweeps in zip(WINDOWS, (cut, whole), strict=True)
+            for window, sweeps in zip(WINDOWS, (data.cut, data.whole), strict=True)
         ],
         "Accuracy of LDA on the tensors of every speed [%], mean over the noise: in the paper's"
         " window,"
         " and over each speed's own shortest window that holds its touches whole.",
     )
-    names = name_speeds(context)
-    arrays = {name: array for name, (array, _) in _list_speeds(context).items()}
     section.table(
-        ["closest match", *arrays],
-        keep_dispersion(section, compute_dispersion(arrays, random_state=context.seed), names),
+        ["closest match", *data.whole],
+        data.indices,
         "Averages by speed: in the paper's window, most of which a fast touch leaves empty → over"
         " each speed's own window of complete touches.",
     )
-    complete: dict[str, Any] = {
-        names[group]: spread_accuracy(sweep) for group, sweep in whole.items()
-    }
-    complete |= {
-        name: section.values[key]
-        for name in list_profiles(context)
-        if (key := f"complete.relative.{name}") in section.values
-    }
-    for comparison in load(context).curves:
-        _keep_speeds(context, section, comparison, complete, spread_accuracy(null))
 
 
 def _list_speeds(context: Context) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -558,51 +594,53 @@ def _label(data: xr.Dataset) -> np.ndarray:
     return np.sort(make_labels(data))
 
 
-def _keep_speeds(
-    context: Context,
-    section: Section,
-    comparison: str,
+def _list_readings(
+    curves: Curves,
+    base: SimpleNamespace,
     complete: Mapping[str, dict[str, float]],
     null: dict[str, float],
-) -> None:
+) -> dict[str, Any]:
     """Accuracy of every group, and of identical touches, in each reading."""
-    curves, speeds = load(context).curves[comparison], name_speeds(context)
+    rows: dict[str, Any] = {}
     alone = curves.find_null("raw")
     assert alone is not None  # compute_curves makes one for every kind of code
     for group, sweep in curves.find("raw").items():
-        name = speeds.get(group, group)
+        name = base.speeds.get(group, group)
         readings = {
-            JOINT_CODES: (
-                section.values[f"classification.lda.{name}"],
-                section.values[f"classification.null.{name}"],
-            ),
+            JOINT_CODES: [
+                base.rows[f"classification.{part}.{name}"] for part in ("lda", "null")
+            ],
             TENSORS[0]: (spread_accuracy(sweep), spread_accuracy(alone)),
             TENSORS[1]: (complete[name], null),
         }
         for reading, (own, identical) in readings.items():
-            section.values[f"lda.{reading}.{name}"] = own
-            section.values[f"lda.null.{reading}.{name}"] = identical
+            rows |= {f"lda.{reading}.{name}": own, f"lda.null.{reading}.{name}": identical}
+    return rows
 
 
 # Beside Fig. 5B, D: jointly fitted codes of complete touches by profile, with their nulls;
 # the paper's window cuts the profiles differently.
 
-_PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
+_PARTS = ("activation", "null")
 
 
-def compute_codes(
-    tensors: dict[str, xr.Dataset], encoder: Any, *, plan: Plan, random_state: int = 0
-) -> SimpleNamespace:
-    """Codes of each profile's complete touches, fitted jointly, and of one of them repeated.
+@lru_cache(maxsize=1)
+def compute_codes(context: Context) -> Any:
+    """Codes of each profile's complete touches, fitted jointly, and of one of them repeated; of one
+    profile nothing.
 
     Returns
     -------
-    SimpleNamespace
-        ``groups``, each profile's tensors and codes; ``dispersion`` of the codes and of their
-        nulls, by part; ``curves`` of accuracy.
+    SimpleNamespace | None
+        ``rows``. ``groups``, each profile's tensors and codes; ``dispersion`` of the codes and of
+        their nulls, by part; ``curves`` of accuracy.
     """
-    arrays, labels = complete_arrays(tensors)
-    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    names, plan, known = list_profiles(context), context.effort.plan, compute(context).rows
+    if len(names) < 2:
+        return None
+    arrays, labels = complete_arrays({name: load_complete(context, name) for name in names})
+    encoder, seed = context.effort.make_encoder(), context.seed
+    settings = {"n_restarts": plan.n_restarts, "random_state": seed}
     groups = {}
     for name, array in arrays.items():
         fitted = configure(encoder, settings)
@@ -612,55 +650,41 @@ def compute_codes(
             tensors=array, labels=labels, encoder=fitted, codes=codes, null=null
         )
     once = replace(plan, other_copies=(), before_repeats=0)
-    options = {"kinds": ("joint",), "noises": ("relative",), "random_state": random_state}
+    options = {"kinds": ("joint",), "noises": ("relative",), "random_state": seed}
     curves = keep("curves", compute_curves, groups, once, **options)
     codes = {name: group.codes["joint"] for name, group in groups.items()}
     dispersion = {
-        "activation": compute_dispersion(codes, random_state=random_state),
-        "null": disperse_null(groups, curves.fits, random_state),
+        "activation": compute_dispersion(codes, random_state=seed),
+        "null": disperse_null(groups, curves.fits, seed),
     }
-    return SimpleNamespace(groups=groups, dispersion=dispersion, curves=curves)
+    rows: dict[str, Any] = {}
+    for part, starts in zip(_PARTS, (plan.n_restarts, plan.null_restarts), strict=True):
+        for index, name in product(INDICES, names):
+            one, prefix = dispersion[part].average[index][name], f"dispersion.{part}.{index}"
+            rows[f"{prefix}.{WINDOWS[0]}.{name}"] = known.get(f"{prefix}.{name}")
+            rows[f"{prefix}.{WINDOWS[1]}.{name}"] = make_spread(
+                one.estimate, one.low, one.high, n=starts
+            )
+    for name, sweep in curves.find("joint").items():
+        null, reading = curves.find_null("joint", group=name), f"{WINDOWS[1]}, {JOINT_CODES}"
+        assert null is not None  # compute_curves makes one for every group
+        rows[f"lda.{reading}.{name}"] = spread_accuracy(sweep, plan.n_restarts)
+        rows[f"lda.null.{reading}.{name}"] = spread_accuracy(null, plan.null_restarts)
+    return SimpleNamespace(rows=rows, groups=groups, dispersion=dispersion, curves=curves)
 
 
-@lru_cache(maxsize=1)
-def load_codes(context: Context) -> SimpleNamespace:
-    """What this run shows, computed once."""
-    return compute_codes(
-        {name: load_complete(context, name) for name in list_profiles(context)},
-        context.effort.make_encoder(),
-        plan=context.effort.plan,
-        random_state=context.seed,
-    )
-
-
-def show_codes(context: Context, section: Section) -> None:
+def show_codes(data: SimpleNamespace, section: Section) -> None:
     """Dispersion and accuracy of such codes beside their nulls."""
-    names, plan = list_profiles(context), context.effort.plan
-    if len(names) < 2:
-        return
-    data = load_codes(context)
-    starts = {"activation": plan.n_restarts, "null": plan.null_restarts}
     rows = []
     for name, sweep in data.curves.find("joint").items():
-        cells = []
-        for index in INDICES:
-            for part, prefix in _PARTS.items():
-                found, n = data.dispersion[part].average[index][name], starts[part]
-                spread = make_spread(found.estimate, found.low, found.high, n=n)
-                section.values[f"{prefix}.{index}.{WINDOWS[1]}.{name}"] = spread
-                kept = section.values.get(f"{prefix}.{index}.{name}")
-                section.values[f"{prefix}.{index}.{WINDOWS[0]}.{name}"] = kept
-            real, null = (
-                data.dispersion[part].average[index][name].estimate for part in _PARTS
+        cells = [
+            " / ".join(
+                f"{data.dispersion[p].average[index][name].estimate:.3g}" for p in _PARTS
             )
-            cells.append(f"{real:.3g} / {null:.3g}")
-        alone = data.curves.find_null("joint", group=name)
-        assert alone is not None  # compute_curves makes one for every group
-        for part, one in (("lda", sweep), ("null", alone)):
-            spread = spread_accuracy(one, starts.get(part, plan.n_restarts))
-            prefix = "lda" if part == "lda" else f"lda.{part}"
-            section.values[f"{prefix}.{WINDOWS[1]}, {JOINT_CODES}.{name}"] = spread
-        cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
+            for index in INDICES
+        ]
+        null = data.curves.find_null("joint", group=name)
+        cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * null.noisy.mean():.0f}")
         rows.append([name, *cells])
     section.table(
         ["profile", *(known.label for known in INDICES.values()), "accuracy [%]"],

@@ -38,7 +38,7 @@ _Groups = Mapping[str, np.ndarray]
 """A number per touch (trial,), by speed or by profile."""
 
 
-def compute(tensors: xr.Dataset) -> dict[str, np.ndarray]:
+def measure(tensors: xr.Dataset) -> dict[str, np.ndarray]:
     """Hoyer sparseness of every touch (trial,) in every reading; each tensor of rectified angles is
     one vector. NaN for a touch that never meets the antenna.
     """
@@ -78,16 +78,14 @@ def _list_groups(context: Context) -> dict[str, dict[str, xr.Dataset]]:
     }
 
 
-def show(context: Context, section: Section) -> None:
-    """Sparseness of tensors, which the abstract says slow touch and the gradient raise."""
-    groups = {
-        name: members for name, members in _list_groups(context).items() if len(members) > 1
-    }
-    if not groups:
-        return
+def compute(context: Context) -> SimpleNamespace | None:
+    """Sparseness of tensors, which the abstract says slow touch and the gradient raise: ``rows``,
+    and a number per touch (trial,) by comparison, reading and group: ``found``.
+    """
     measured = {
-        comparison: {name: compute(data) for name, data in members.items()}
-        for comparison, members in groups.items()
+        comparison: {name: measure(data) for name, data in members.items()}
+        for comparison, members in _list_groups(context).items()
+        if len(members) > 1
     }
     found = {
         comparison: {
@@ -96,6 +94,14 @@ def show(context: Context, section: Section) -> None:
         }
         for comparison, members in measured.items()
     }
+    rows: dict[str, object] = {}
+    for reading, members in (one for readings in found.values() for one in readings.items()):
+        rows |= _list_values(reading, members)
+    return SimpleNamespace(rows=rows, found=found) if found else None
+
+
+def show(data: SimpleNamespace, section: Section) -> None:
+    """A table for each comparison."""
     section.heading("How sparse the tensors are")
     section.text(
         "The paper says that slow touch and the exponential gradient make tactile data sparser,"
@@ -105,9 +111,7 @@ def show(context: Context, section: Section) -> None:
         " touches, of the samples between a touch's first and last contact, and of those in which"
         " anything moves, which hold the swing after the touch."
     )
-    for comparison, readings in found.items():
-        for reading, members in readings.items():
-            section.values |= _list_values(reading, members)
+    for comparison, readings in data.found.items():
         section.table(
             [f"by {comparison}", *next(iter(readings.values()))],
             [[reading, *map(_say, members.values())] for reading, members in readings.items()],
@@ -146,7 +150,7 @@ _SHARED = ("in a touch", "over all touches")
 _N_RESAMPLES = 2000
 
 
-def compute_bending(tensors: xr.Dataset, antenna: Antenna) -> dict[str, SimpleNamespace]:
+def measure_bending(tensors: xr.Dataset, antenna: Antenna) -> dict[str, SimpleNamespace]:
     """Where the antenna bends, in either window.
 
     Bending of a sensor is its curvature, negative values set to 0, summed over a touch.
@@ -189,32 +193,36 @@ def measure_recruitment(share: np.ndarray) -> dict[str, Interval]:
     }
 
 
-def show_bending(context: Context, section: Section) -> None:
-    """Where every profile bends, and how distributed its bending is."""
+def compute_bending(context: Context) -> SimpleNamespace | None:
+    """Where every profile bends, and how distributed its bending is: ``rows``, and ``lines`` of a
+    table.
+    """
     names = list_profiles(context)
     if len(names) < 2:
-        return
-    antennas = {name: context.profiles[name] for name in names}
-    sets = {name: load_complete(context, name) for name in names}
-    data = {name: compute_bending(tensors, antennas[name]) for name, tensors in sets.items()}
-    section.heading("Where the antenna bends")
-    rows = []
-    for name, windows in data.items():
+        return None
+    rows, lines = {}, []
+    for name in names:
+        windows = measure_bending(load_complete(context, name), context.profiles[name])
         for window, found in windows.items():
-            section.values[f"bending.{window}.base.{name}"] = {
-                "value": float(np.mean(found.top < _PROXIMAL)),
-                "n": len(found.top),
-            }
+            n, base = len(found.top), float(np.mean(found.top < _PROXIMAL))
             means = measure_recruitment(found.share)
-            for shared, mean in means.items():
-                section.values[f"bending.{window}, {shared}.{name}"] = make_spread(
-                    mean.estimate, mean.low, mean.high, n=len(found.share)
+            rows[f"bending.{window}.base.{name}"] = {"value": base, "n": n}
+            rows |= {
+                f"bending.{window}, {shared}.{name}": make_spread(
+                    mean.estimate, mean.low, mean.high, n=n
                 )
-            at_base = float(np.mean(found.top < _PROXIMAL))
-            rows.append([name, window, at_base, *(mean.estimate for mean in means.values())])
+                for shared, mean in means.items()
+            }
+            lines.append([name, window, base, *(mean.estimate for mean in means.values())])
+    return SimpleNamespace(rows=rows, lines=lines)
+
+
+def show_bending(data: SimpleNamespace, section: Section) -> None:
+    """A table of where every profile bends."""
+    section.heading("Where the antenna bends")
     section.table(
         ["profile", "window", "bends most in its proximal tenth", *_SHARED],
-        rows,
+        data.lines,
         "Share of slow touches that bend the antenna most near its base, and Hoyer sparseness of"
         " the"
         " sensors' bending (curvature summed over the touch; less: more sensors share it).",

@@ -1,6 +1,6 @@
 """Fig. 5F, G and S5: bases by stiffness profile and by how long they last."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -11,20 +11,17 @@ from matplotlib.figure import Figure
 
 from feeler.decoding import make_labels
 from feeler.encoding import (
-    ConvolutiveNMF,
     compute_entropies,
     compute_histogram_entropy,
-    locate_components,
-    map_locations,
     match_components,
 )
 from feeler.plotting import plot_bases
 from feeler.plotting.style import mark_panels, pick_colours
 from feeler.report import Section
-from feeler.tensors.transforms import in_unit
 from paper.context import Context
 from paper.data import WINDOWS, complete_tensors, list_profiles, load_complete, load_tensors
-from paper.fig4 import compare_others, load, prepare, span
+from paper.fig4 import compare_others, prepare, span
+from paper.fig4 import compute as fit_ranks
 from paper.scale import Scale
 
 # Fig. 5F–G: the bases of each stiffness profile, their entropy, and how well they map to
@@ -64,52 +61,65 @@ as shares of mass. Bits but for the one in nats."""
 _DRAWN = "histogram of [0, 1]"  # the reading that is nearest to the paper's words
 
 
-def compute(
-    tensors: Mapping[str, Any],
-    *,
-    effort: Scale,
-    quantity: str = "angle",
-    speed: float | None = None,
-    random_state: int = 0,
-) -> SimpleNamespace:
-    """Encode each profile's tensors by itself, on the touches that all profiles have.
+@lru_cache(maxsize=1)
+def compute(context: Context) -> SimpleNamespace:
+    """The bases of each profile, in the paper's window and of complete touches.
 
-    Parameters
-    ----------
+    Returns
+    -------
+    SimpleNamespace
+        ``rows``; ``windows``: what :func:`fit_profiles` gives, by window.
+    """
+    names = list_profiles(context)
+    sets = {WINDOWS[0]: {name: load_tensors(context, name) for name in names}}
+    if len(names) > 1:
+        sets[WINDOWS[1]] = {
+            name: complete_tensors(load_complete(context, name)) for name in names
+        }
+    windows = {
+        window: fit_profiles(tensors, context.effort, context.seed)
+        for window, tensors in sets.items()
+    }
+    before = {window: f"{window}, " for window in WINDOWS} | {WINDOWS[0]: ""}
+    rows = {
+        f"encoding.basis_entropy.{before[window]}{definition}.{name}": span(
+            np.nanmean(values, axis=1)
+        )
+        for window, one in windows.items()
+        for definition, by_profile in one.entropy.items()
+        for name, values in by_profile.items()
+    }
+    return SimpleNamespace(rows=rows, windows=windows)
+
+
+def fit_profiles(
+    tensors: Mapping[str, Any], effort: Scale, random_state: int = 0
+) -> SimpleNamespace:
+    """Encode each profile's tensors by itself, on the touches of the slowest speed that all
+    profiles have, as profiles are compared there.
+
     tensors : Datasets by profile, with location and speed.
-    speed : only touches of this speed, mm/ms; None: the slowest that all profiles have, as profiles
-    are compared there.
 
     Returns
     -------
     SimpleNamespace
         ``encoders`` by profile. ``entropy`` [bits] by definition and profile: (restart, component),
-        best restart first. ``mapping`` (:class:`~feeler.encoding.LocationMapping`) by profile:
-        location against dominant component of the ridge code. ``sampling`` [ms].
+        best restart first. ``sampling`` [ms].
     """
     common = set.intersection(
         *(set(np.unique(np.round(d["speed"].values, 6))) for d in tensors.values())
     )
-    speed = min(common) if speed is None else speed
     # on the scale and in the order in which Fig. 5A–E fits the same tensors, which then come from
     # the cache
-    peak = max(float(prepare(dataset, quantity).max()) for dataset in tensors.values())
-    chosen = {}
+    peak = max(float(prepare(dataset).max()) for dataset in tensors.values())
+    encoders = {}
     for name, dataset in tensors.items():
         order = np.argsort(make_labels(dataset), kind="stable")
-        slow = np.abs(dataset["speed"].values[order] - speed) < 1e-6
-        chosen[name] = dataset.isel(trial=order[slow])
-    encoders, mapping = {}, {}
-    for name, dataset in chosen.items():
-        data = prepare(dataset, quantity) / peak
+        slow = np.abs(dataset["speed"].values[order] - min(common)) < 1e-6
         encoder = effort.make_encoder(
             n_restarts=effort.plan.n_restarts, random_state=random_state
         )
-        encoders[name] = encoder.fit(data)
-        code = encoders[name].transform(data, code="ridge")
-        mapping[name] = map_locations(
-            code, dataset["location"].values, locate_components(encoders[name].components_)
-        )
+        encoders[name] = encoder.fit(prepare(dataset.isel(trial=order[slow])) / peak)
     entropy = {
         definition: {
             name: np.array([measure(bases) for bases in encoder.restart_components_])
@@ -117,10 +127,8 @@ def compute(
         }
         for definition, measure in READINGS.items()
     }
-    sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
-    return SimpleNamespace(
-        encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling
-    )
+    sampling = float(np.diff(next(iter(tensors.values()))["time"].values[:2])[0])
+    return SimpleNamespace(encoders=encoders, entropy=entropy, sampling=sampling)
 
 
 def _average(entropies: _Entropies) -> dict[str, float]:
@@ -162,7 +170,8 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:
-    """F on the left, G on the right; needs about 7.2 × 4 inches."""
+    """F on the left, G on the right, in the paper's window; needs about 7.2 × 4 inches."""
+    data = data.windows[WINDOWS[0]]
     left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1), squeeze=False).flat
     plot_bases(
         {name: encoder.components_ for name, encoder in data.encoders.items()},
@@ -173,26 +182,8 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     _plot_entropy(data, right.subplots())
 
 
-@lru_cache(maxsize=1)
-def load_bases(context: Context) -> dict[str, SimpleNamespace]:
-    """What this run shows, fitted once, by window."""
-    names = list_profiles(context)
-    options: dict[str, Any] = {"effort": context.effort, "random_state": context.seed}
-    sets = {WINDOWS[0]: {name: load_tensors(context, name) for name in names}}
-    if len(names) > 1:
-        sets[WINDOWS[1]] = {
-            name: complete_tensors(load_complete(context, name)) for name in names
-        }
-    return {window: compute(tensors, **options) for window, tensors in sets.items()}
-
-
-def show(context: Context, section: Section) -> None:
-    """The bases of each profile, and their entropies, in the paper's window and of complete
-    touches.
-    """
-    fitted = load_bases(context)
-    data = fitted[WINDOWS[0]]
-    found = {window: one.entropy for window, one in fitted.items()}
+def show(data: SimpleNamespace, section: Section) -> None:
+    """The bases of each profile, and their entropies."""
     section.heading("Bases by stiffness profile")
     section.figure(
         "fig5f_bases",
@@ -202,35 +193,27 @@ def show(context: Context, section: Section) -> None:
         " the paper. Both in the paper's window; complete touches are in the table. (Fig. 5F–G)",
         lambda figure: plot(data, figure),
         height=4.2,
-        numbers={"entropy": found},
+        numbers={"entropy": {window: one.entropy for window, one in data.windows.items()}},
     )
-    _keep_values(section, found)
-    if nearest := _find_nearest(data):
+    rows: list[list[object]] = [
+        [window, definition, *_average(by_profile).values()]
+        for window, one in data.windows.items()
+        for definition, by_profile in one.entropy.items()
+    ]
+    first = data.windows[WINDOWS[0]]
+    said = [_PAPER.get(name, "–") for name in first.encoders]
+    section.table(
+        ["window", "definition", *first.encoders],
+        [*rows, [WINDOWS[0], "the paper, which names none", *said]],
+        "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
+        " definition tried.",
+    )
+    if nearest := _find_nearest(first):
         section.text(
             f"Nearest to the paper's three values: {nearest}. The scale of a basis is one free"
             " number that nobody stated, so being near is no reproduction, and being far says"
             " something of the definition only."
         )
-
-
-def _keep_values(section: Section, found: Mapping[str, Mapping[str, _Entropies]]) -> None:
-    rows: list[list[object]] = []
-    for window, entropy in found.items():
-        for definition, by_profile in entropy.items():
-            reading = definition if window == WINDOWS[0] else f"{window}, {definition}"
-            for name, values in by_profile.items():
-                average = span(np.nanmean(values, axis=1))
-                section.values[f"encoding.basis_entropy.{reading}.{name}"] = average
-            rows.append([window, definition, *_average(by_profile).values()])
-    names = list(next(iter(found[WINDOWS[0]].values())))
-    said = [_PAPER.get(name, "–") for name in names]
-    rows.append([WINDOWS[0], "the paper, which names none", *said])
-    section.table(
-        ["window", "definition", *names],
-        rows,
-        "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
-        " definition tried.",
-    )
 
 
 # Fig. S5: do the bases change with how long they last?
@@ -252,52 +235,42 @@ _VIEWS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 """Readings of "the shape of a basis"."""
 
 
-def compute_durations(
-    tensors: Any,
-    *,
-    effort: Scale,
-    quantity: str = "angle",
-    durations: Sequence[int] | None = None,
-    fitted: ConvolutiveNMF | None = None,
-    random_state: int = 0,
-) -> SimpleNamespace:
+def compute_durations(context: Context) -> SimpleNamespace | None:
     """Fit three bases of each duration to the tensors of the main antenna.
-
-    durations : in samples; by default those of the effort.
-    fitted : an encoder already fitted to these tensors (Fig. 4's of rank 3), used for its own
-    duration.
 
     Returns
     -------
     SimpleNamespace
-        ``encoders`` by duration [samples]. ``profile_similarity`` (duration, component):
-        correlation of the bases' profiles along the antenna (sums over lags) with the reference's.
-        ``basis_similarity`` (duration, component): greatest cosine over shifts of the whole bases
-        with the reference's; a shorter one can reach 1 only where the longer one is silent. By
-        definition: ``least`` (start,), the least of these, and ``others`` (start,), how alike at
-        most two different bases of the reference are.
+        ``rows``. ``encoders`` by duration [samples]. ``similarity`` by definition (start, duration,
+        component), the best start first: along the antenna, correlation of the bases' profiles
+        (sums over lags) with the reference's; of whole bases the greatest cosine over shifts; a
+        shorter one can reach 1 only where the longer one is silent. ``others`` by definition
+        (start,): how alike at most two different bases of the reference are.
         ``residual`` (duration,): ‖V − V̂‖/‖V‖. ``sampling`` [ms].
     """
-    durations = durations or effort.durations
-    data = prepare(tensors, quantity)
+    effort = context.effort
+    if not effort.durations:
+        return None
+    tensors, fitted = load_tensors(context, list_profiles(context)[0]), fit_ranks(context)
+    data, known = prepare(tensors), fitted.encoders.get(3)
     encoders = {}
-    for n_lags in durations:
-        if fitted is not None and fitted.n_lags == n_lags:
-            encoders[n_lags] = fitted
-        else:
-            encoder = effort.make_encoder(
-                n_lags=n_lags, n_restarts=effort.side_restarts, random_state=random_state
-            )
-            encoders[n_lags] = encoder.fit(data)
-    reference = encoders[_REFERENCE if _REFERENCE in encoders else durations[-1]].components_
+    for n_lags in effort.durations:
+        if known is not None and known.n_lags == n_lags:
+            encoders[n_lags] = known
+            continue
+        encoder = effort.make_encoder(
+            n_lags=n_lags, n_restarts=effort.side_restarts, random_state=context.seed
+        )
+        encoders[n_lags] = encoder.fit(data)
+    reference = encoders[_REFERENCE if _REFERENCE in encoders else effort.durations[-1]]
     starts = range(min(len(encoder.restart_components_) for encoder in encoders.values()))
-    found = {
+    similarity = {
         name: np.array(
             [
                 [
-                    match_components(view(reference), view(encoder.restart_components_[start]))[
-                        1
-                    ]
+                    match_components(
+                        view(reference.components_), view(encoder.restart_components_[start])
+                    )[1]
                     for encoder in encoders.values()
                 ]
                 for start in starts
@@ -305,20 +278,23 @@ def compute_durations(
         )
         for name, view in _VIEWS.items()
     }
-    known = encoders[
-        _REFERENCE if _REFERENCE in encoders else durations[-1]
-    ].restart_components_
+    others = {
+        name: np.array(
+            [compare_others(view(reference.restart_components_[start])) for start in starts]
+        )
+        for name, view in _VIEWS.items()
+    }
+    rows = {
+        f"encoding.duration.{name}": span(found.min(axis=(1, 2)))
+        for name, found in similarity.items()
+    } | {f"encoding.duration.others.{name}": span(found) for name, found in others.items()}
     return SimpleNamespace(
+        rows=rows,
         encoders=encoders,
-        profile_similarity=found[ALONG][0],
-        basis_similarity=found[_ALL][0],
-        least={name: similarity.min(axis=(1, 2)) for name, similarity in found.items()},
-        others={
-            name: np.array([compare_others(view(known[start])) for start in starts])
-            for name, view in _VIEWS.items()
-        },
+        similarity=similarity,
+        others=others,
         residual=np.array([encoder.relative_residual_ for encoder in encoders.values()]),
-        sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
+        sampling=fitted.sampling,
     )
 
 
@@ -331,15 +307,8 @@ def plot_durations(data: SimpleNamespace, figure: Figure) -> None:
     plot_bases(sets, data.sampling, figure.subplots())
 
 
-def show_durations(context: Context, section: Section) -> None:
+def show_durations(data: SimpleNamespace, section: Section) -> None:
     """Bases of every duration, and how alike they are."""
-    if not context.effort.durations:
-        return
-    tensors = load_tensors(context, list_profiles(context)[0])
-    fitted = load(context).encoders.get(3)
-    data = compute_durations(
-        tensors, effort=context.effort, fitted=fitted, random_state=context.seed
-    )
     section.heading("How long a basis lasts")
     section.figure(
         "figS5_durations",
@@ -347,16 +316,13 @@ def show_durations(context: Context, section: Section) -> None:
         lambda figure: plot_durations(data, figure),
         height=5.0,
         numbers={
-            "profile": data.profile_similarity,
-            "basis": data.basis_similarity,
+            "profile": data.similarity[ALONG][0],
+            "basis": data.similarity[_ALL][0],
             "residual": data.residual,
         },
     )
-    for definition in _VIEWS:
-        section.values[f"encoding.duration.{definition}"] = span(data.least[definition])
-        section.values[f"encoding.duration.others.{definition}"] = span(data.others[definition])
     (profile, alike), (basis, same) = (
-        (data.least[name][0], data.others[name][0]) for name in (ALONG, _ALL)
+        (data.similarity[name][0].min(), data.others[name][0]) for name in (ALONG, _ALL)
     )
     section.text(
         "Along the antenna the bases of all durations correlate with those of 40 ms to at least"

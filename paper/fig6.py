@@ -54,7 +54,38 @@ _RELEASE = 2000.0  # ms
 _MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
 
 
-def compute(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> SimpleNamespace:
+@lru_cache(maxsize=1)
+def compute(context: Context) -> SimpleNamespace:
+    """What :func:`simulate` finds, with ``rows``."""
+    effort = context.effort
+    data = keep("robot", simulate, effort, seed=context.seed, engine=context.engine)
+    score = data.score
+    right = [t[1:] == p[1:] for t, p in zip(score.true, score.predicted, strict=True)]
+    scores = {
+        f"{name}.{number:g}": one
+        for name, numbers, found in (
+            ("gap", data.sizes, data.by_size),
+            ("models", data.variants, data.by_variants),
+            ("own", data.shots, data.by_shots),
+        )
+        for number, one in zip(numbers, found, strict=True)
+    }
+    rows = {
+        "robot.transfer": make_spread(*score.share("all"), n=effort.robots),
+        "robot.speed_location": float(np.mean(right)),
+        "robot.p1": data.fit.stiffness_factor,
+        "robot.p2": data.fit.damping_factor,
+        "robot.fit_error": data.fit.error,
+        "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
+    } | {
+        f"robot.{name}.{part}": make_spread(*one.share(part), n=one.total)
+        for name, one in scores.items()
+        for part in score.correct
+    }
+    return SimpleNamespace(**vars(data), rows=rows, fps=effort.fps)
+
+
+def simulate(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> SimpleNamespace:
     """Train on simulations, test on surrogate robots; ``effort`` sets how many.
 
     Returns
@@ -161,12 +192,6 @@ def _measure_early(
     )
 
 
-@lru_cache(maxsize=1)
-def load(context: Context) -> SimpleNamespace:
-    """What this run shows, computed once for Figs. 6 and S7."""
-    return keep("robot", compute, context.effort, seed=context.seed, engine=context.engine)
-
-
 # The eight-segment model, compared by speed and by stiffness profile as the insect's is.
 
 _PROFILES = ("exponential", "linear", "uniform")
@@ -209,18 +234,20 @@ def touch_robot(antenna: Antenna, speed: float, engine: str = DEFAULT_ENGINE) ->
     return rectify(np.stack(motions)[:, :, ::_STRIDE])
 
 
-def compute_comparison(
-    *, n_repeats: int = 3, random_state: int = 0, engine: str = DEFAULT_ENGINE
-) -> dict[str, dict]:
+def compute_groups(context: Context) -> SimpleNamespace | None:
     """Dispersion and accuracy by speed (the robot) and by profile (slow touches).
 
     Returns
     -------
-    dict
-        ``speed`` and ``profile``: each group's name → ``pearson``, ``ssim``, ``mse``, ``nmi``
-        (closest match, averaged: :class:`~feeler.analysis.Interval` over the ten touches) and
-        ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's maximum on raw tensors).
+    SimpleNamespace
+        ``rows``; ``found``: ``speed`` and ``profile``, each group's name → ``pearson``, ``ssim``,
+        ``mse``, ``nmi`` (closest match, averaged: :class:`~feeler.analysis.Interval` over the ten
+        touches) and ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's maximum on raw
+        tensors).
     """
+    n_repeats, engine = context.effort.robot_repeats, context.engine
+    if not n_repeats:
+        return None
     profiles = make_profiles()
     speeds = {f"{s:g} m/s": touch_robot(profiles["linear"], s, engine) for s in ROBOT_SPEEDS}
     slow = {
@@ -229,10 +256,16 @@ def compute_comparison(
         else touch_robot(antenna, ROBOT_SPEEDS[-1], engine)
         for name, antenna in profiles.items()
     }
-    return {
-        "speed": _compare_groups(speeds, n_repeats, random_state),
-        "profile": _compare_groups(slow, n_repeats, random_state),
-    }
+    by_speed, by_profile = (
+        _compare_groups(groups, n_repeats, context.seed) for groups in (speeds, slow)
+    )
+    fast, *_, slowest = by_speed.values()
+    graded, uniform = by_profile["linear"], by_profile["uniform"]
+    return SimpleNamespace(
+        rows=_list_agreement("speed", {"slow": slowest, "fast": fast})
+        | _list_agreement("profile", {"graded": graded, "uniform": uniform}),
+        found={"speed": by_speed, "profile": by_profile},
+    )
 
 
 def _compare_groups(
@@ -403,15 +436,14 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     mark_panels(ax, "e")
 
 
-def show(context: Context, section: Section) -> None:
-    """Fig. 6, Movie S4 and the eight-segment comparison."""
+def show(data: SimpleNamespace, section: Section) -> None:
+    """Fig. 6 and Movie S4."""
     section.text(
         "The robot's recordings are not public. Everything here that stands for the real robot is a"
         " surrogate: a second, independent model with drawn parameters, noise, quantisation, drift"
         " and dropped samples. It shows the method; it is not evidence about the paper's robot,"
         " whose 5 of 6 stands as published."
     )
-    data = load(context)
     share, low, high = data.score.share()
     one = data.score.total <= _PAPER_TOTAL  # its contacts are no sample of robots
     interval = " (one robot)" if one else f" (95 % CI {100 * low:.0f} to {100 * high:.0f} %)"
@@ -440,20 +472,26 @@ def show(context: Context, section: Section) -> None:
             "since_contact": data.early.since_contact.values,
         },
     )
-    _write_movie(context, section, data)
-    _list_scores(context, section, data)
-    if context.effort.robot_repeats:
-        _compare(context, section)
+    _write_movie(section, data)
+    parts = list(data.score.correct)
+    section.table(
+        ["reality gap", *parts, "contacts"],
+        [
+            [f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total]
+            for size, score in zip(data.sizes, data.by_size, strict=True)
+        ],
+        "Share of the surrogate robots' tip contacts classified correctly. The paper's real"
+        " robot: 5 of 6.",
+    )
 
 
-def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> None:
+def _write_movie(section: Section, data: SimpleNamespace) -> None:
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         move = _draw_release(data, figure.subplots())
-        fps = context.effort.fps
-        times = np.arange(0.0, _RELEASE_SPAN, 1000 / fps / _RELEASE_SLOWER)
+        times = np.arange(0.0, _RELEASE_SPAN, 1000 / data.fps / _RELEASE_SLOWER)
         path = section.folder / "movieS4_release.mp4"
-        write_movie(path, figure, lambda k: move(float(times[k])), len(times), fps)
+        write_movie(path, figure, lambda k: move(float(times[k])), len(times), data.fps)
     section.movie(
         path,
         f"Release of the surrogate robot and of the model fitted to it, {_RELEASE_SLOWER:g} times"
@@ -461,106 +499,58 @@ def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> N
     )
 
 
-def _list_scores(context: Context, section: Section, data: SimpleNamespace) -> None:
-    parts = list(data.score.correct)
-    rows = [
-        [f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total]
-        for size, score in zip(data.sizes, data.by_size, strict=True)
-    ]
-    section.table(
-        ["reality gap", *parts, "contacts"],
-        rows,
-        "Share of the surrogate robots' tip contacts classified correctly. The paper's real"
-        " robot: 5 of 6.",
-    )
-    speed_location = np.mean(
-        [t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)]
-    )
-    section.values |= {
-        "robot.transfer": make_spread(*data.score.share("all"), n=context.effort.robots),
-        "robot.speed_location": float(speed_location),
-        "robot.p1": data.fit.stiffness_factor,
-        "robot.p2": data.fit.damping_factor,
-        "robot.fit_error": data.fit.error,
-        "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
-    }
-    scores = {
-        **{
-            f"gap.{size:g}": score for size, score in zip(data.sizes, data.by_size, strict=True)
-        },
-        **{
-            f"models.{n}": score
-            for n, score in zip(data.variants, data.by_variants, strict=True)
-        },
-        **{f"own.{n}": score for n, score in zip(data.shots, data.by_shots, strict=True)},
-    }
-    section.values |= {
-        f"robot.{name}.{part}": make_spread(*score.share(part), n=score.total)
-        for name, score in scores.items()
-        for part in parts
-    }
-
-
-def _compare(context: Context, section: Section) -> None:
-    found = compute_comparison(
-        n_repeats=context.effort.robot_repeats,
-        random_state=context.seed,
-        engine=context.engine,
-    )
+def show_groups(data: SimpleNamespace, section: Section) -> None:
+    """A table for each comparison."""
     section.heading(
         "The eight-segment model, compared as the 140-link one; its graded profile falls linearly"
     )
-    for comparison, groups in found.items():
+    for comparison, groups in data.found.items():
         measures = list(next(iter(groups.values())))
         section.table(
             [comparison, *measures],
             [[name, *(g[m] for m in measures)] for name, g in groups.items()],
         )
-    speeds, profiles = list(found["speed"].values()), found["profile"]
-    _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
-    _keep_agreement(
-        section, "profile", {"graded": profiles["linear"], "uniform": profiles["uniform"]}
-    )
 
 
-def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str, Any]]) -> None:
+def _list_agreement(comparison: str, ends: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """In how many of the indices the first is more dispersed than the second, beyond the intervals
     of both, and their values.
     """
-    more = []
+    more, rows = [], {}
     for index, known in INDICES.items():
         first, second = (values[index] for values in ends.values())
         less, greater = (first, second) if known.is_similarity else (second, first)
         more.append(less.high < greater.low)
         for name, values in ends.items():
             one = values[index]
-            section.values[f"robot.{index}.{name}"] = make_spread(
+            rows[f"robot.{index}.{name}"] = make_spread(
                 one.estimate, one.low, one.high, n=_N_TOUCHES
             )
-    section.values[f"robot.agree.{comparison}"] = {
-        "value": float(np.mean(more)),
-        "n": _N_TOUCHES,
-    }
+    share = {"value": float(np.mean(more)), "n": _N_TOUCHES}
+    return rows | {f"robot.agree.{comparison}": share}
 
 
 # Fig. S7: tensors of the six tip contacts, simulation beside surrogate robot. Shares Fig. 6's
 # data.
 
 
-def _compute_differences(data: SimpleNamespace) -> dict[tuple, float]:
-    """Relative difference ‖surrogate − simulation‖ / ‖simulation‖ of the aligned tensors, per
-    contact.
+def compute_contacts(context: Context) -> SimpleNamespace:
+    """The ``training`` set and the ``touches`` of Fig. 6, and the relative difference
+    ‖surrogate − simulation‖ / ‖simulation‖ of the aligned tensors, per contact: ``differences``.
     """
+    data = compute(context)
     differences = {}
     for label, surrogate in zip(data.touches.labels, data.touches.values, strict=True):
         simulated = data.training.values[data.training.labels.index(label)]
         differences[label] = float(
             np.linalg.norm(surrogate - simulated) / np.linalg.norm(simulated)
         )
-    return differences
+    return SimpleNamespace(
+        rows={}, training=data.training, touches=data.touches, differences=differences
+    )
 
 
-def plot_tip(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
+def plot_contacts(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """A column per contact: simulation above, surrogate below, aligned on the tip's first peak."""
     axes = figure.subplots(2, len(data.touches.labels), sharex=True, sharey=True)
     limit = max(
@@ -568,7 +558,7 @@ def plot_tip(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         for values in (data.training.values, data.touches.values)
     )
     for (label, difference), (above, below) in zip(
-        _compute_differences(data).items(), axes.T, strict=True
+        data.differences.items(), axes.T, strict=True
     ):
         feature, _, speed = label
         for ax, touches, name in (
@@ -582,16 +572,13 @@ def plot_tip(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         ax.label_outer()
 
 
-def show_tip(context: Context, section: Section) -> None:
+def show_contacts(data: SimpleNamespace, section: Section) -> None:
     """The six contacts, and how much they differ."""
-    data = load(context)
-    differences = {
-        " ".join(map(str, label)): value for label, value in _compute_differences(data).items()
-    }
+    differences = {" ".join(map(str, label)): one for label, one in data.differences.items()}
     section.figure(
         "figS7_tensors",
         "Six tip contacts: simulation above, surrogate robot below. (Fig. S7)",
-        lambda figure: plot_tip(data, figure),
+        lambda figure: plot_contacts(data, figure),
         height=3.4,
         numbers={"relative_difference": differences},
     )

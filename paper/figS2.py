@@ -21,31 +21,30 @@ _SPREAD = np.deg2rad(
 _N_TRIALS = 6  # [P]
 
 
-def compute(
-    tracks: list[Tracks] | None = None, *, n_trials: int = _N_TRIALS, seed: int = 0
-) -> SimpleNamespace:
-    """Measure ``tracks``, or as many synthetic trials whose planted mean is the paper's 86.67 °/s.
+def compute(context: Context) -> SimpleNamespace:
+    """Measure six synthetic trials whose mean is the paper's 86.67 °/s.
 
-    The synthetic trials test the method (it must give back what was planted); they say nothing
-    about cockroaches.
+    They test the method (it must give back what was simulated); they say nothing about cockroaches.
 
     Returns
     -------
     SimpleNamespace
-        ``trial``: the first trial's tracks; ``exploration``
-        (:class:`~feeler.tracking.Exploration`): speeds of all trials; ``planted``: peak speeds
-        (trial, side) [rad/ms], NaN for measured tracks.
+        ``rows``; ``trial``: the first trial's tracks; ``exploration``
+        (:class:`~feeler.tracking.Exploration`): speeds of all trials; ``planted``: the peak speeds
+        that were simulated (trial, side) [rad/ms].
     """
-    planted = np.full((len(tracks or ()), len(SIDES)), np.nan)
-    if tracks is None:
-        rng = np.random.default_rng(seed)
-        planted = rng.normal(0.0, _SPREAD, (n_trials, len(SIDES)))
-        planted += _PAPER_MEAN - planted.mean()
-        tracks = [
-            make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted
-        ]
-    exploration = measure_exploration(tracks, cutoff=CUTOFF, max_gap=MAX_GAP)
-    return SimpleNamespace(trial=tracks[0], exploration=exploration, planted=planted)
+    rng = np.random.default_rng(context.seed)
+    planted = rng.normal(0.0, _SPREAD, (_N_TRIALS, len(SIDES)))
+    planted += _PAPER_MEAN - planted.mean()
+    tracks = [
+        make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted
+    ]
+    found = measure_exploration(tracks, cutoff=CUTOFF, max_gap=MAX_GAP)
+    rows = {
+        "tracking.mean": float(_degrees(found.mean)),
+        "tracking.lateral": float(_PAPER_MEAN * context.antenna.length * 100),
+    }
+    return SimpleNamespace(rows=rows, trial=tracks[0], exploration=found, planted=planted)
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
@@ -101,9 +100,8 @@ def _degrees(speed: Any) -> Any:
     return np.rad2deg(speed) * 1e3
 
 
-def show(context: Context, section: Section) -> None:
+def show(data: SimpleNamespace, section: Section) -> None:
     """Fig. S2 on synthetic tracks."""
-    data = compute(seed=context.seed)
     section.text(
         "The tracks of the paper's cockroach were not published. These are synthetic tracks with"
         " noise and gaps, whose planted mean peak speed is the paper's; the method must give it"
@@ -119,7 +117,3 @@ def show(context: Context, section: Section) -> None:
         height=3.0,
         numbers={"mean_peak": data.exploration.mean_peak, "planted": data.planted},
     )
-    section.values |= {
-        "tracking.mean": float(_degrees(data.exploration.mean)),
-        "tracking.lateral": float(_PAPER_MEAN * context.antenna.length * 100),
-    }

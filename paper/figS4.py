@@ -32,40 +32,56 @@ _LAYERS = (
 _BATCH_SIZE = 8  # [C] few images make many steps
 
 
-def compute(
-    tensors: Mapping[str, Any],
-    *,
-    settings: Mapping[str, Any],
-    reference: str = "exponential",
-    random_state: int = 0,
-    device: str = "auto",
-) -> SimpleNamespace:
-    """Train and score the network on noisy copies of every group's tensors.
-
-    Parameters
-    ----------
-    tensors
-        Datasets by antenna name, as for Fig. 5.
-    settings
-        ``max_epochs`` of each training, and what ``compute_sweep`` takes: ``ratios``,
-        ``n_repeats``, ``n_copies``.
+def compute(context: Context) -> SimpleNamespace:
+    """Train and score the network on noisy copies of every group's tensors, and, of several
+    profiles, on complete touches, each over its own shortest full window with the samples of the
+    paper's.
 
     Returns
     -------
     SimpleNamespace
-        ``sweeps[comparison][group]``; comparisons are ``speed`` and ``profile``. ``shape`` (sensor,
-        time) of a tensor, and ``n_classes``.
+        ``rows``. ``sweeps[comparison][group]``; comparisons are ``speed`` and ``profile``.
+        ``windows[window][profile]``: profiles in both windows. ``shape`` (sensor, time) of a
+        tensor, and ``n_classes``. At a scale without the network all are empty.
 
     Raises
     ------
     MissingDependencyError
         PyTorch is not installed; the message holds the install command.
     """
-    groups = list_groups(tensors, reference=reference)
-    sweeps = _sweep_groups(groups, settings, random_state=random_state, device=device)
+    names, settings = list_profiles(context), context.effort.network
+    if not settings:
+        return SimpleNamespace(rows={}, sweeps={})
+    groups = list_groups(
+        {name: load_tensors(context, name) for name in names}, reference=names[0]
+    )
+    windows = {}
+    with _one_thread(import_torch()):
+        sweeps = _sweep_groups(groups, settings, random_state=context.seed)
+        if len(names) > 1:
+            arrays, labels = complete_arrays(
+                {name: load_complete(context, name) for name in names}
+            )
+            whole = {"profile": {name: (array, labels) for name, array in arrays.items()}}
+            found = _sweep_groups(whole, settings, random_state=context.seed)
+            windows = {WINDOWS[0]: sweeps["profile"], WINDOWS[1]: found["profile"]}
+    speeds = name_speeds(context)
+    rows = {
+        f"cnn.{speeds.get(name, name)}": spread_accuracy(sweep)
+        for one in sweeps.values()
+        for name, sweep in one.items()
+    } | {
+        f"cnn.{window}.{name}": spread_accuracy(sweep)
+        for window, one in windows.items()
+        for name, sweep in one.items()
+    }
     array, labels = next(iter(next(iter(groups.values())).values()))
     return SimpleNamespace(
-        sweeps=sweeps, shape=array.shape[1:], n_classes=np.unique(labels).size
+        rows=rows,
+        sweeps=sweeps,
+        windows=windows,
+        shape=array.shape[1:],
+        n_classes=np.unique(labels).size,
     )
 
 
@@ -74,12 +90,10 @@ def _sweep_groups(
     settings: Mapping[str, Any],
     *,
     random_state: int = 0,
-    device: str = "auto",
 ) -> dict[str, dict[str, Sweep]]:
     """The network's accuracy against noise for every group of every comparison: tensors and labels
     of each.
     """
-    import_torch()
     options = dict(settings)
     max_epochs = options.pop("max_epochs")
     options |= {"noise": Relative(), "n_jobs": 1, "random_state": random_state}
@@ -91,7 +105,6 @@ def _sweep_groups(
                 array.shape[1:],
                 max_epochs=max_epochs,
                 batch_size=_BATCH_SIZE,
-                device=device,
                 random_state=random_state,
             )
             # slow touches of the reference stand in both comparisons
@@ -133,22 +146,24 @@ def _plot_layers(data: SimpleNamespace, ax) -> None:
     ax.axis("off")
 
 
-def show(context: Context, section: Section) -> None:
+def show(data: SimpleNamespace, section: Section) -> None:
     """Fig. S4, which needs torch; below paper scale, how to add it."""
-    if not context.effort.network:
+    if not data.sweeps:
         section.text(
             "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce"
             " SCALE=paper` installs it and runs this section; `pip install 'feeler[cnn]'` adds it"
             " to an environment of yours."
         )
         return
-    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
-    first = next(iter(sets))
-    with _one_thread(import_torch()):
-        data = compute(
-            sets, settings=context.effort.network, reference=first, random_state=context.seed
+    if data.windows:
+        section.table(
+            ["window", *data.windows[WINDOWS[0]]],
+            [
+                [window, *(float(one.noisy[one.ratios > 0].mean()) for one in sweeps.values())]
+                for window, sweeps in data.windows.items()
+            ],
+            "Accuracy of the network on slow tensors by profile, averaged over the noise.",
         )
-        _show_complete(context, section, data)
     section.figure(
         "figS4_cnn",
         "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig."
@@ -161,38 +176,6 @@ def show(context: Context, section: Section) -> None:
             }
             for comparison, sweeps in data.sweeps.items()
         },
-    )
-    speeds = name_speeds(context)
-    for sweeps in data.sweeps.values():
-        for name, sweep in sweeps.items():
-            section.values[f"cnn.{speeds.get(name, name)}"] = spread_accuracy(sweep)
-
-
-def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> None:
-    """Profiles again over complete touches, each over its own shortest full window with the samples
-    of the paper's.
-    """
-    names = list_profiles(context)
-    if len(names) < 2:
-        return
-    arrays, labels = complete_arrays({name: load_complete(context, name) for name in names})
-    groups = {"profile": {name: (array, labels) for name, array in arrays.items()}}
-    whole = _sweep_groups(groups, context.effort.network, random_state=context.seed)["profile"]
-    found = {WINDOWS[0]: cut.sweeps["profile"], WINDOWS[1]: whole}
-    rows = []
-    for window, sweeps in found.items():
-        for name, sweep in sweeps.items():
-            section.values[f"cnn.{window}.{name}"] = spread_accuracy(sweep)
-        rows.append(
-            [
-                window,
-                *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values()),
-            ]
-        )
-    section.table(
-        ["window", *whole],
-        rows,
-        "Accuracy of the network on slow tensors by profile, averaged over the noise.",
     )
 
 

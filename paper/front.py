@@ -2,7 +2,8 @@
 known and for held-out touches, by a linear classifier and by the best observer.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ def list_noises(asked: Mapping[str, Any]) -> dict[str, Noise]:
     }
 
 
-def compute(
+def measure(
     antennas: Mapping[str, Antenna],
     speeds: Mapping[str, float],
     asked: Mapping[str, Any],
@@ -131,18 +132,33 @@ def _name(case: str, level: str, antenna: str, speed: str) -> str:
     return f"front.accuracy.{case}, {level} {_UNITS[level.split()[0]]}.{antenna}.{speed}"
 
 
-def plot(
-    values: Mapping[str, Any], antennas: Sequence[str], asked: Mapping[str, Any], figure: Figure
-) -> None:
+def compute(context: Context) -> SimpleNamespace:
+    """``rows``: accuracy against noise of the ``names`` of every antenna at the slow speed, and of
+    the first at the fastest; ``asked``: what declared.toml and the scale declare.
+    """
+    effort = context.effort
+    asked = read_declared("declared.toml")["front"] | dict(effort.front)
+    asked |= {"shapes": effort.shapes, "locations": effort.locations}
+    antennas = {name: context.profiles[name] for name in list_profiles(context)}
+    first, *_ = antennas
+    found = measure(antennas, {"slow": SPEEDS["slow"]}, asked, **context.physics)
+    few = asked | {kind: [asked["headline"][kind]] for kind in _KINDS}
+    fast = measure({first: antennas[first]}, {"fast": SPEEDS["fast"]}, few, **context.physics)
+    rows = list_values(found) | list_values(fast)
+    return SimpleNamespace(rows=rows, names=[*antennas], asked=asked)
+
+
+def plot(data: SimpleNamespace, figure: Figure) -> None:
     """Accuracy of slow touches against noise: a row per kind of noise, a column per case."""
+    asked = data.asked
     chance = 100 / (len(asked["locations"]) * 2 * len(asked["shapes"]))
     axes = figure.subplots(len(_KINDS), len(CASES), sharey=True, sharex="row")
-    colours = pick_colours(antennas)
+    colours = pick_colours(data.names)
     for row, kind in zip(axes, _KINDS, strict=True):
         levels = [f"{kind} {size:g}" for size in asked[kind]]
         for ax, case in zip(row, CASES, strict=True):
-            for name in antennas:
-                own = [values[_name(case, level, name, "slow")] for level in levels]
+            for name in data.names:
+                own = [data.rows[_name(case, level, name, "slow")] for level in levels]
                 mean = 100 * np.array([one["value"] for one in own])
                 half = 100 * np.array([one["high"] for one in own]) - mean
                 look = {"marker": "o", "ms": 3, "ls": "-", "lw": 1, "capsize": 2}
@@ -157,36 +173,31 @@ def plot(
     figure.legend(handles, names, loc="outside lower center", ncols=len(names))
 
 
-def show(context: Context, section: Section) -> None:
-    """Accuracy against noise of every antenna, and of the first at its fastest speed."""
-    effort = context.effort
-    asked = read_declared("declared.toml")["front"] | dict(effort.front)
-    asked |= {"shapes": effort.shapes, "locations": effort.locations}
-    antennas = {name: context.profiles[name] for name in list_profiles(context)}
-    first, shown = next(iter(antennas)), asked["headline"]
-    found = compute(antennas, {"slow": SPEEDS["slow"]}, asked, **context.physics)
-    few = asked | {kind: [shown[kind]] for kind in _KINDS}
-    fast = compute({first: antennas[first]}, {"fast": SPEEDS["fast"]}, few, **context.physics)
-    values = list_values(found) | list_values(fast)
-    section.values.update(values)
+def show(data: SimpleNamespace, section: Section) -> None:
+    """Accuracy against noise, and the declared levels as a table."""
     section.figure(
         "front",
-        f"Accuracy of slow touches (0.06 m/s) against noise on every sample, {asked['sets']} sets"
-        " of touches, one of each class, each resampled (placement, size, approach, friction);"
+        f"Accuracy of slow touches (0.06 m/s) against noise on every sample, {data.asked['sets']}"
+        " sets of touches, one of each class, each resampled (placement, size, approach, friction);"
         " mean and 95 % confidence interval over the sets, chance dotted. Noise: the same on every"
         " antenna (above), or in proportion to each touch's own peak (below). Linear classifier:"
         " LDA on 30 principal components; the ideal observer knows every touch and the noise; the"
-        f" quadratic classifier learned {asked['train']} other draws of each class.",
-        lambda figure: plot(values, [*antennas], asked, figure),
+        f" quadratic classifier learned {data.asked['train']} other draws of each class.",
+        lambda figure: plot(data, figure),
         height=4.4,
-        numbers=values,
+        numbers=data.rows,
     )
-    levels = [f"{kind} {size:g}" for kind, size in shown.items()]
+    levels = [f"{kind} {size:g}" for kind, size in data.asked["headline"].items()]
     section.table(
         ["antenna", "speed", "touches, observer", *levels],
         [
-            [name, speed, case, *(_say(values, case, level, name, speed) for level in levels)]
-            for speed, names in (("slow", antennas), ("fast", [first]))
+            [
+                name,
+                speed,
+                case,
+                *(_say(data.rows, case, level, name, speed) for level in levels),
+            ]
+            for speed, names in (("slow", data.names), ("fast", data.names[:1]))
             for name in names
             for case in CASES
         ],

@@ -2,7 +2,6 @@
 holds what it needs.
 """
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
@@ -24,7 +23,7 @@ from feeler.objects.noise import Common, Relative
 from feeler.report import Section
 from feeler.tensors import rectify
 from feeler.wall.distance import SETUP_CHOICES
-from paper import fig4, fig5_data, fig5f
+from paper import fig3, fig4, fig5_data, fig5f
 from paper.context import Context
 from paper.data import (
     CLAIMED,
@@ -48,12 +47,11 @@ _N_COMPONENTS = 30  # [P]
 
 
 def _compute_wall(sentence: Sentence, context: Context, section: Section) -> Iterator[Reading]:
-    path = section.folder / "fig3_family.json"
-    if not path.exists():
+    family = fig3.compute(context).family
+    if family is None or len(family.names) < 2:
         return
-    found = json.loads(path.read_text())
-    part = "offset" if sentence.measure == "wall offset" else "r2"
-    for choice, values in zip(found["choices"], found[part], strict=True):
+    numbers = family.offset if sentence.measure == "wall offset" else family.r2
+    for choice, values in zip(family.choices, numbers, strict=True):
         named = dict(zip(SETUP_CHOICES, choice, strict=True))
         chosen = {
             "angle": f"{named['inter_antennal_angle']:g}",
@@ -62,15 +60,14 @@ def _compute_wall(sentence: Sentence, context: Context, section: Section) -> Ite
             "tip": f"{named['tip_heading']:g}",
             "measure": f"{named['quantity']} {named['method']}",
         }
-        numbers = [np.nan if value is None else value for value in values]
-        yield chosen, dict(zip(found["names"], numbers, strict=True)), {}
+        yield chosen, dict(zip(family.names, map(float, values), strict=True)), {}
 
 
 # Encoding: residual and entropy by the number of bases; entropy of the bases by profile.
 
 
 def _compute_ranks(sentence: Sentence, context: Context, section: Section) -> Iterator[Reading]:
-    data, null = fig4.load(context), _fit_identical(context)
+    data, null = fig4.compute(context), _fit_identical(context)
     residual = sentence.id == "residual-falls"
     sets = {"": data.residual} if residual else data.entropy
     for entropy, fit in product(sets, ("best of all starts", "one start")):
@@ -120,7 +117,7 @@ def _measure_bases(
     one touch.
     """
     arrays = _collect_arrays(context, "profile", quantity, window)
-    known = fig5f.load_bases(context).get(window) if quantity == "angle" else None
+    known = fig5f.compute(context).windows.get(window) if quantity == "angle" else None
     if known is None or constraint != "each trial":
         known = SimpleNamespace(encoders={})
     found: dict[str, dict[str, Any]] = {name: {} for name in fig5f.READINGS}
@@ -207,9 +204,9 @@ def _encode(context: Context, comparison: str, constraint: str, window: str) -> 
     arrays = _collect_arrays(context, comparison, "angle", window)
     if constraint == "each trial":
         known = (
-            fig5_data.load(context).groups.get(comparison, {})
+            fig5_data.compute(context).groups.get(comparison, {})
             if window == WINDOWS[0]
-            else fig5_data.load_codes(context).groups
+            else fig5_data.compute_codes(context).groups
         )
         names = fig5_data.name_speeds(context)
         ends = np.cumsum([len(group.tensors) for group in known.values()])[:-1]

@@ -29,19 +29,22 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
-        figures=("fig2:show_antenna",),
+        figures=("fig2:antenna",),
         reads=("antenna",),
     ),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
-        figures=("fig2", "fig2:show_lengths", "fig2:show_fit"),
+        figures=("fig2", "fig2:lengths", "fig2:fit"),
         reads=("scale", "seed", "engine", "antenna"),
     ),
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1:show_touch", "fig1:show_conditions", "fig2e"),
+        figures=(
+            *("fig1:touch", "fig1:conditions", "fig2e:stimuli"),
+            *("fig2e", "fig2e:contacts", "fig2e:movie"),
+        ),
     ),
     Stage(
         name="axes",
@@ -51,32 +54,24 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1:show_animal", "fig3", "fig3:show_family", "readings_computed"),
+        figures=("fig1:animal", "fig3", "fig3:family", "paper.readings_computed"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
         figures=(
-            "fig4:show_encoder",
-            "fig4",
-            "fig5f",
-            "fig5f:show_durations",
-            "readings_computed",
+            *("fig4:encoder", "fig4", "fig5f", "fig5f:durations"),
+            "paper.readings_computed",
         ),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         figures=(
-            *(
-                "fig5:show_dispersion",
-                "fig5",
-                "fig5_data:show_nulls",
-                "fig5_data:show_complete",
-            ),
-            *("fig5_data:show_speeds", "fig5_sparse", "fig5_sparse:show_bending"),
-            *("fig5_data:show_codes", "fig5:show_new", "readings_computed"),
+            *("fig5:dispersion", "fig5", "fig5_data:nulls", "fig5_data:complete"),
+            *("fig5_data:speeds", "fig5_sparse", "fig5_sparse:bending"),
+            *("fig5_data:codes", "fig5:new", "paper.readings_computed"),
         ),
     ),
     Stage(
@@ -140,7 +135,7 @@ STAGES = (
     Stage(
         name="robot",
         title="The robotic antenna",
-        figures=("fig6", "fig6:show_tip"),
+        figures=("fig6", "fig6:groups", "fig6:contacts"),
         reads=("scale", "seed", "engine"),
     ),
     Stage(

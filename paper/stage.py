@@ -19,16 +19,18 @@ from paper.context import KEYED, Context, View
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """One step, made by ``show(context, section)`` of its figures in turn.
+    """One step: its figures in turn.
 
-    Their modules are imported where the stage runs, so that who only hands out stages starts in no
-    time.
+    A figure is two functions of a module, ``compute(context)`` and ``show(data, section)``: what
+    the first returns holds ``rows``, the values of the table of results by name, and all that the
+    second draws and says; or it is None, and nothing is shown. Modules are imported where the stage
+    runs, so that who only hands out stages starts in no time.
 
     Attributes
     ----------
     figures : tuple[str, ...]
-        What makes the section, ``module:function`` for each figure, ``show`` where none is named:
-        of this package, or by the module's full name.
+        What makes the section: of ``module:part`` in this package ``compute_part`` and
+        ``show_part``; of a module's full name its ``show(context, section)``.
     reads : tuple[str, ...]
         Which parameters its numbers depend on; it cannot read the others.
     make : Callable[[Context, Section], None] | None
@@ -58,9 +60,14 @@ class Stage:
         if self.make:
             self.make(context, section)
         for figure in () if self.make else self.figures:
-            module, _, name = figure.partition(":")
-            home = import_module(module if "." in module else f"paper.{module}")
-            getattr(home, name or "show")(context, section)
+            module, _, part = figure.partition(":")
+            if "." in module:
+                import_module(module).show(context, section)
+                continue
+            home, end = import_module(f"paper.{module}"), part and f"_{part}"
+            if data := getattr(home, f"compute{end}")(context):
+                section.values |= data.rows
+                getattr(home, f"show{end}")(data, section)
 
 
 def is_kept(path: Path, context: Context) -> bool:

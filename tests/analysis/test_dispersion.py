@@ -285,6 +285,6 @@ def test_sets_that_make_no_comparison_are_refused(tensors):
     with pytest.raises(
         InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"
     ):
-        fig5_data.compute(tensors, SumEncoder(), plan=PLAN, reference="x")
+        fig5_data.compare(tensors, SumEncoder(), plan=PLAN, reference="x")
     with pytest.raises(InvalidInput, match="did any contact"):
         list_groups({"exponential": 0 * tensors["linear"]})

@@ -28,7 +28,7 @@ from paper.data import (
 )
 from paper.fig1 import draw_moment
 from paper.fig4 import compute_map as compute
-from paper.fig4 import keep_values, measure_margin, span
+from paper.fig4 import list_values, measure_margin, span, tabulate_bases
 
 LAGS = (2, 11, 29)
 PLACES = (0.5, 0.6, 0.7, 0.9)
@@ -73,7 +73,7 @@ def test_the_table_of_bases_is_the_best_start_s_which_comes_first():
     found = SimpleNamespace(
         **arrays, span=np.ones((2, 2)), margin=np.ones(2), mappings=mappings
     )
-    keep_values(section := Section(name="some", title="Some", folder=None), found)
+    tabulate_bases(section := Section(name="some", title="Some", folder=None), found)
     assert section.blocks[-1]["rows"] == [
         ["1", "1", "0.1", "0.7", "0.2"],
         ["2", "2", "0.4", "0.3", "0.8"],
@@ -98,15 +98,14 @@ def test_the_margin_is_the_least_of_four(share, margin):
     assert measure_margin(np.array(share)) == pytest.approx(margin)
 
 
-def test_the_values_span_the_starts_and_say_how_many_there_are(tmp_path):
-    section = Section(name="s", title="", folder=tmp_path, vector=False)
+def test_the_values_span_the_starts_and_say_how_many_there_are():
     locations = np.repeat(PLACES, 3)
-    keep_values(section, measure(locations, [DRIVEN[place] for place in locations]))
+    values = list_values(measure(locations, [DRIVEN[place] for place in locations]))
     # of 29 and 30: Student's t for one degree of freedom is 12.706 at 95 %
     half = 12.7062 * np.sqrt(0.5) / np.sqrt(2)
     expected = {"value": 29.5, "low": 29.5 - half, "high": 29.5 + half, "n": 2}
-    assert section.values["encoding.lag.3"] == pytest.approx(expected, rel=1e-5)
-    assert section.values["encoding.location_p"]["n"] == 2
+    assert values["encoding.lag.3"] == pytest.approx(expected, rel=1e-5)
+    assert values["encoding.location_p"]["n"] == 2
     assert span(np.array([1.0])) == {"value": 1.0, "n": 1}
     assert "undefined" in span(np.array([1.0, np.nan]))
 
@@ -252,17 +251,17 @@ def make_tensors(blind):
 
 @pytest.mark.parametrize(("blind", "split"), [("size", "size"), ("location", "place")])
 def test_a_new_value_of_what_is_not_felt_costs_nothing(blind, split):
-    found = fig5.compute_new(make_tensors(blind), PLAN)
+    found = fig5.classify_new(make_tensors(blind), PLAN)
     assert found.accuracy[split] == 1.0 and found.change[blind] == 0.0
     assert list(found.parts[split].values()) == pytest.approx([1.0, 1.0])
 
 
 def test_a_change_is_a_share_of_the_norm_and_neighbouring_places_only_are_compared():
-    change = fig5.compute_new(make_tensors(None), PLAN).change
+    change = fig5.classify_new(make_tensors(None), PLAN).change
     assert all(
         value == pytest.approx(np.sqrt(2 / 3)) for value in change.values()
     )  # one of three blips moves
-    assert fig5.compute_new(make_tensors(None), PLAN).chance == {
+    assert fig5.classify_new(make_tensors(None), PLAN).chance == {
         "size": pytest.approx(1 / 6),
         "place": pytest.approx(1 / 4),
     }

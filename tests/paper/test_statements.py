@@ -58,7 +58,7 @@ def test_sparseness_of_one_sensor_at_one_moment_is_1_and_of_all_alike_0():
     angle = np.zeros((2, 4, 100))
     angle[0, 2, 30] = 1.0
     angle[1, :, 10:60] = 1.0
-    found = fig5_sparse.compute(make_touches(angle))
+    found = fig5_sparse.measure(make_touches(angle))
     assert [*found] == list(fig5_sparse.SPANS)
     np.testing.assert_allclose(found["380 ms window"][0], 1.0)
     np.testing.assert_allclose(found["within each touch"], [1.0, 0.0], atol=1e-12)
@@ -71,7 +71,7 @@ def test_sparseness_of_one_sensor_at_one_moment_is_1_and_of_all_alike_0():
 def test_an_untouched_antenna_has_no_sparseness_and_is_not_averaged():
     angle = np.zeros((2, 4, 100))
     angle[0, 2, 30] = 1.0
-    found = fig5_sparse.compute(make_touches(angle))["380 ms window"]
+    found = fig5_sparse.measure(make_touches(angle))["380 ms window"]
     assert np.isnan(found[1])
     values = fig5_sparse._list_values("w", {"slow": found, "fast": found[:1]})
     assert values["sparsity.w.slow"] == {"value": 1.0, "n": 1}
@@ -91,7 +91,7 @@ def test_bending_is_placed_at_the_sensor_that_bends_most_over_the_touch():
     )  # long at the base, short and strong distally
     angle[1, 50, 10:60] = 1.0
     angle[1, 3, 10:60] = -9.0  # the other way: no bending
-    found = fig5_sparse.compute_bending(make_touches(angle), antenna)["complete touches"]
+    found = fig5_sparse.measure_bending(make_touches(angle), antenna)["complete touches"]
     place = antenna.hinge_position[antenna.sensors[[0, 50]] - 1] / antenna.length
     np.testing.assert_allclose(found.top, place)
     np.testing.assert_allclose(found.share.sum(axis=1), 1.0)
@@ -153,9 +153,7 @@ def test_a_stiffer_antenna_is_damped_in_proportion():
 def test_identical_tensors_are_told_apart_by_chance():
     angle = make_telling((12, 12, 100))
     labels = np.array([f"{k:02d}" for k in range(12)])
-    sweeps, null = fig5_data.compute_speeds(
-        {"slow": (angle, labels)}, replace(PLAN, n_copies=10)
-    )
+    sweeps, null = fig5_data.sweep_speeds({"slow": (angle, labels)}, replace(PLAN, n_copies=10))
     assert sweeps["slow"].noisy.mean() > 0.5 and null.noisy.mean() < 0.25
 
 

@@ -156,8 +156,8 @@ def make_touch(size):
 def find_values(monkeypatch, size):
     monkeypatch.setattr(front, "touch", make_touch(size))
     antennas = {name: cockroach(name) for name in NAMES}
-    found = front.compute(antennas, {"slow": 0.06}, ASKED)
-    fast = front.compute({NAMES[0]: antennas[NAMES[0]]}, {"fast": 0.6}, ASKED)
+    found = front.measure(antennas, {"slow": 0.06}, ASKED)
+    fast = front.measure({NAMES[0]: antennas[NAMES[0]]}, {"fast": 0.6}, ASKED)
     assert found.dims == ("antenna", "speed", "set", "level", "case") and found.shape[2] == 4
     return found, front.list_values(found) | front.list_values(fast)
 

@@ -15,9 +15,9 @@ from paper import fig3
 from paper.fig3 import (
     Family,
     _list_readings,
-    compute_family,
     list_readings,
     list_setups,
+    sweep_family,
 )
 
 
@@ -117,7 +117,7 @@ def test_where_too_little_is_defined_nothing_is_judged():
 
 def test_an_undefined_r2_is_never_a_number():
     antennas = {name: cockroach(name) for name in ("exponential", "uniform")}
-    family = compute_family(
+    family = sweep_family(
         antennas,
         part="smoke",
         known=[
