@@ -1,8 +1,9 @@
 """The worlds of the relations: each is small, awkward, and made once."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache, reduce
 from operator import xor
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,120 +15,13 @@ from feeler.antenna.segments import Follicle
 from feeler.physics.contact import CONTACTS
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Scene:
-    """An antenna, the trials that touch it, and how they are simulated."""
+class World(SimpleNamespace):
+    """What a kind of world is made of, by name; each is itself alone."""
 
-    antenna: Antenna
-    trials: tuple[feeler.Trial, ...]
-    options: dict[str, Any] = field(default_factory=dict)
+    __hash__, __eq__ = object.__hash__, object.__eq__
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Hand:
-    """A simulation in the hand: what it is made of, and what is done to it before it is read."""
-
-    antenna: Antenna
-    objects: tuple[feeler.Object, ...]
-    base: feeler.BaseMotion
-    options: dict[str, Any] = field(default_factory=dict)
-    drive: Any = None  # default: 24 ms
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Touches:
-    """Datasets of touches as labelled arrays: clean ones, noisy ones to learn, others to ask."""
-
-    clean: xr.DataArray
-    learn: xr.DataArray
-    ask: xr.DataArray
-    noise: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Trains(Touches):
-    """The same of spikes: expected rates, counts to learn, counts to ask (trial, sensor, time)."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Record:
-    """A Dataset as it is stored."""
-
-    dataset: xr.Dataset
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Bases:
-    """Bases (component, sensor, lag) of two fits."""
-
-    first: xr.DataArray
-    second: xr.DataArray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Film:
-    """Landmarks of a film (frame, x and y) [px], its frame rate [Hz], and how it is read."""
-
-    columns: dict[str, np.ndarray]
-    rate: float = 200.0
-    options: tuple[str, ...] = ()
-    clock: str = "option"  # or the column's name
-    form: str = "plain"  # or DeepLabCut's, of one animal or of two
-    through: str = ""  # another format, in which it is kept before it is measured
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Lines:
-    """Lines of a board as they come: before, and those that are looked at."""
-
-    lines: tuple[bytes, ...]
-    before: tuple[bytes, ...] = ()
-    n_sensors: int = 3
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Bent:
-    """Touches of a robot: times [ms] and angles [rad] (hinge, time), and whether lines are torn."""
-
-    touches: tuple[tuple[np.ndarray, np.ndarray], ...]
-    torn: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Animals:
-    """Antennas whose answers to the two experiments are measured."""
-
-    antennas: tuple[Antenna, ...]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Wish:
-    """What the studio is asked for."""
-
-    wish: dict[str, Any]
-    study: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Calls:
-    """An encoder, and the calls by which it learns from the same tensors."""
-
-    calls: tuple[str, ...]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Named:
-    """Antennas that a command compares, by name."""
-
-    names: tuple[str, ...] = ("exponential", "linear", "uniform")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Release:
-    """Free responses of animals: displacements [mm] at times [ms], and how the file has them."""
-
-    columns: dict[str, np.ndarray]
-    clock: str = "time_ms"
+    def but(self, **changes: Any) -> "World":
+        return World(**{**vars(self), **changes})
 
 
 def make_antenna(n: int = 16, length: float = 30.0, **more: Any) -> Antenna:
@@ -168,16 +62,16 @@ TRIALS = (
 """Touches of three shapes, both sides, oblique, sliding off the tip, and with a base that moves."""
 
 
-def make_scene(antenna: Antenna | None = None, **options: Any) -> Scene:
+def make_scene(antenna: Antenna | None = None, **options: Any) -> World:
     """The trials on an antenna."""
-    return Scene(
+    return World(
         antenna=antenna or make_antenna(),
         trials=TRIALS,
         options={"duration": 40.0, "timestep": 0.05, **options},
     )
 
 
-def make_hand(antenna: Antenna | None = None, **options: Any) -> Hand:
+def make_hand(antenna: Antenna | None = None, **options: Any) -> World:
     """Two objects from two sides, one of which turns, and a base that moves."""
     antenna = antenna or make_antenna()
     ball = feeler.Object(
@@ -192,7 +86,7 @@ def make_hand(antenna: Antenna | None = None, **options: Any) -> Hand:
         friction=0.4,
         name="box",
     )
-    return Hand(
+    return World(
         antenna=antenna,
         objects=(ball, box),
         base=feeler.BaseMotion(velocity=(0.05, 0.02), turn=0.002),
@@ -200,7 +94,7 @@ def make_hand(antenna: Antenna | None = None, **options: Any) -> Hand:
     )
 
 
-def make_touches() -> Touches:
+def make_touches() -> World:
     """Bending that travels along the antenna in both directions, with noise of one size."""
     t, s = np.arange(60.0), np.arange(12.0)[:, None]
     rows = []
@@ -214,7 +108,7 @@ def make_touches() -> Touches:
     drawn = [np.repeat(clean, k, axis=0) for k in (copies, 2)]
     learn, ask = (item + noise * rng.normal(size=item.shape) for item in drawn)
     labels = np.repeat(["base", "middle", "tip"], 2)
-    return Touches(
+    return World(
         clean=_label(clean, labels),
         learn=_label(learn, np.repeat(labels, copies)),
         ask=_label(ask, np.repeat(labels, 2)),
@@ -222,7 +116,7 @@ def make_touches() -> Touches:
     )
 
 
-def make_trains() -> Trains:
+def make_trains() -> World:
     """Poisson trains of the same touches; a unit of each touch is nearly silent."""
     known = make_touches()
     rng = np.random.default_rng(5)
@@ -231,7 +125,7 @@ def make_trains() -> Trains:
         item.copy(data=rng.poisson(rates.values.repeat(k, axis=0) * 1e-3).astype(float))
         for item, k in ((known.learn, 8), (known.ask, 2))
     )
-    return Trains(clean=rates, learn=learn, ask=ask, noise=0.0)
+    return World(clean=rates, learn=learn, ask=ask, noise=0.0)
 
 
 def _label(values: np.ndarray, labels: np.ndarray) -> xr.DataArray:
@@ -240,7 +134,7 @@ def _label(values: np.ndarray, labels: np.ndarray) -> xr.DataArray:
     )
 
 
-def make_bases() -> Bases:
+def make_bases() -> World:
     """Bases with pulses at their first and last lags, and others between."""
     rng = np.random.default_rng(6)
     first, second = np.zeros((2, 3, 8, 10))
@@ -251,10 +145,10 @@ def make_bases() -> Bases:
     first[0, 2, 0] = first[0, 6, 4] = first[0, 6, 5] = 1
     second[0, 2, 9] = second[0, 6, 4] = 1
     dims = ("component", "sensor", "lag")
-    return Bases(first=xr.DataArray(first, dims=dims), second=xr.DataArray(second, dims=dims))
+    return World(first=xr.DataArray(first, dims=dims), second=xr.DataArray(second, dims=dims))
 
 
-def make_film(*, doubted: bool = False) -> Film:
+def make_film(*, doubted: bool = False) -> World:
     """Two antennae that whisk at 8 and 5 Hz for four seconds, seen from above."""
     t = np.arange(800) / 200.0
     head, abdomen = np.array([200.0, 300.0]), np.array([200.0, 400.0])
@@ -265,16 +159,16 @@ def make_film(*, doubted: bool = False) -> Film:
         columns[name] = head + 110 * np.stack([sign * np.sin(angle), -np.cos(angle)], axis=1)
         columns[name] += np.random.default_rng(8).normal(0, 0.3, (800, 2))  # of the tracker
     if not doubted:
-        return Film(columns=columns)
+        return World(columns=columns)
     for name, first in (("left_tip", 20), ("abdomen", 31)):
         columns[name][first::47] = np.nan
-    return Film(columns=columns, form="dlc", options=("--max-gap", "5"))
+    return World(columns=columns, form="dlc", options=("--max-gap", "5"))
 
 
-def make_lines(*, framed: bool = False) -> Lines:
+def make_lines(*, framed: bool = False) -> World:
     """Samples of three sensors, a time first; or framed, with a number and a sum, as a board's."""
     values = np.random.default_rng(7).uniform(0, 1, (12, 3)).round(4)
-    return Lines(
+    return World(
         lines=tuple(frame(k, k, v) if framed else plain(k, v) for k, v in enumerate(values))
     )
 
@@ -301,13 +195,13 @@ def learn_robot() -> tuple[Any, Any, Any]:
     return decoder, robot.make_classifier(training=training), known[0]
 
 
-def make_bent() -> Bent:
-    return Bent(
+def make_bent() -> World:
+    return World(
         touches=tuple((one.time, one.values) for one in learn_robot()[2].recordings[:2])
     )
 
 
-def make_spatial(**options: Any) -> Scene:
+def make_spatial(**options: Any) -> World:
     """An antenna in space on a base that gives way in its follicle."""
     plane = make_antenna(12)
     antenna = plane.replace(
@@ -323,22 +217,22 @@ def make_spatial(**options: Any) -> Scene:
 TOLD_SPEED = replace(CONTACTS["smooth"], speed=1.0)
 
 
-def make_record() -> Record:
+def make_record() -> World:
     """Touches of both sides at two speeds, with all labels, as they are stored."""
     antenna = make_antenna(name="exponential")
     trials = [
         replace_speed(t, v) for v in (0.3, 0.6) for t in (TRIALS[0], TRIALS[1], TRIALS[4])
     ]
-    return Record(dataset=feeler.touch(antenna, trials, duration=40.0))
+    return World(dataset=feeler.touch(antenna, trials, duration=40.0))
 
 
 def replace_speed(trial: feeler.Trial, speed: float) -> feeler.Trial:
     return trial.replace(speed=speed, base=None)
 
 
-def make_animals() -> Animals:
+def make_animals() -> World:
     """A short antenna, a long one, and one that swings slowly."""
-    return Animals(
+    return World(
         antennas=tuple(
             make_antenna(length=length, stiffness=k * np.exp(-4 * np.linspace(0, 1, 16)))
             for length, k in ((25.0, 1.0), (45.0, 3.0), (30.0, 0.3))
@@ -346,17 +240,17 @@ def make_animals() -> Animals:
     )
 
 
-def make_wish(*, study: bool = False) -> Wish:
+def make_wish(*, study: bool = False) -> World:
     """A box that is dragged against the studio's antenna."""
     wish = {"kind": "box", "size": 1.5, "location": 0.7, "speed": 0.3, "duration": 60.0}
-    return Wish(wish=wish, study=study)
+    return World(wish=wish, study=study)
 
 
-def make_release() -> Release:
+def make_release() -> World:
     """Two animals that swing after they were let go."""
     t = np.arange(0, 120, 0.5)
     columns = {
         name: size * np.exp(-t / fade) * np.cos(2 * np.pi * rate * t)
         for name, size, rate, fade in (("a1", 1.0, 0.040, 20.0), ("a2", 0.7, 0.055, 15.0))
     }
-    return Release(columns={"time": t, **columns})
+    return World(columns={"time": t, **columns})

@@ -121,8 +121,8 @@ def tracks(
         str,
         typer.Option(
             help=(
-                "remove, the default, leaves out jumps and exchanged landmarks; keep takes every"
-                " position"
+                "remove, the default, leaves out jumps, repeated places and exchanged landmarks;"
+                " keep takes every position"
             )
         ),
     ] = "",

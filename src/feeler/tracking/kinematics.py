@@ -661,7 +661,7 @@ def measure_exploration(
         ``head``, ``abdomen``.
     outliers
         ``remove`` leaves out what :func:`~feeler.tracking.quality._leave_out_errors` finds
-        (jumps, exchanged landmarks); ``keep`` takes every place as it is.
+        (jumps, repeated places, exchanged landmarks); ``keep`` takes every place as it is.
 
     Returns
     -------
@@ -721,13 +721,17 @@ def _measure_trial(
     }
     bases = names.get("bases", (names["head"],) * 2)
     left_out: dict[str, int] = {}
+    remarks: list[str] = []
     if outliers == "remove":
-        tracks, left_out = _leave_out_errors(tracks, **names | {"bases": bases})
+        names["bases"] = bases
+        tracks, left_out, remarks = _leave_out_errors(
+            tracks, **names, max_gap=options["max_gap"]
+        )
     tracks, is_bridged = _bridge_body(
         tracks, names["head"], names["abdomen"], bases, options["max_gap"]
     )
     angle = compute_antenna_angle(tracks, **names)
-    remarks = _find_doubts(
+    remarks += _find_doubts(
         angle,
         tips=names["tips"],
         head=names["head"],

@@ -4,7 +4,13 @@ from typing import Annotated
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.ndimage import median_filter, percentile_filter
+from scipy.ndimage import (
+    binary_opening,
+    find_objects,
+    label,
+    median_filter,
+    percentile_filter,
+)
 
 from feeler.errors import InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
@@ -17,7 +23,7 @@ from feeler.validation import checked
 # [C] shares of a length: the antenna's for its tip, the body's for head and abdomen
 _MAX_REACH = 1.5  # tip to base, over the 90th percentile
 _SPIKE = 0.1  # a place off the curve through its neighbours
-_EXCHANGED = 0.5  # shortening of both landmarks' paths if their names are exchanged
+_EXCHANGED = 0.2  # shortening of both landmarks' paths if their names are exchanged
 _JUMP = (0.25, 1.0)  # least and largest step that counts as a jump
 _MAX_SPEED = np.deg2rad(5.0)  # [C] rad/ms; no antenna or whisker is as fast as 5000 °/s
 _TIMES = 8.0  # [C] over what is usual in the neighbourhood
@@ -25,6 +31,11 @@ _TIMES_LARGEST = 2.5  # [C] over what is usual there of the median, and of how p
 _NEAR = 8  # [C] frames of a neighbourhood, before and after
 STRAY = ("jumps", "too far from its base")  # what single places are left out for
 _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
+_FLICK = 12.0  # [C] ms between frames; in a film that is as fast no flick is over in one frame
+_GRAINS = (1.0, 0.1, 0.01, 0.001)  # to which coordinates may be rounded
+_RUN = (3, 6)  # [C] frames that repeat a place, or lie on a line, without being measured
+_REPEATED = 0.3  # [C] share of frames that repeat the one before
+_TOGETHER = (0.03, 0.2)  # [C] of the antenna's length, share of frames: tips on one place
 
 
 def _leave_out_errors(
@@ -34,16 +45,19 @@ def _leave_out_errors(
     bases: tuple[str, str],
     head: str,
     abdomen: str,
-) -> tuple[Tracks, dict[str, int]]:
-    """Tracks in which places that cannot be are NaN, and how many frames that were, by what is
-    wrong with them.
+    max_gap: int,
+) -> tuple[Tracks, dict[str, int], list[str]]:
+    """Tracks in which places that cannot be are NaN, how many frames that were, by what is wrong
+    with them, and what is to be asked about.
 
-    Left out are frames in which the two tips, or head and abdomen, have exchanged their places
-    (both jump to where the other one was), tips that lie farther from their base than 1.5 antenna
-    lengths, places off the smooth path of their landmark, and excursions: a jump of more
-    than the antenna's (body's) length, or faster than 5000 °/s, and a jump back within 1 s. A jump
-    also has to be 8 times what is usual in the frames around it, so that a whisk that is filmed
-    slowly is none.
+    Left out are places that the tracker repeated or interpolated (all of a frame that repeats the
+    one before), frames in which the two tips, or head and abdomen, have exchanged their places
+    (both jump to where the other one would go on; tips that cross do not), tips that lie farther
+    from their base than 1.5 antenna lengths, places off the smooth path of their landmark, and
+    excursions: a jump of more than the antenna's (body's) length, or faster than 5000 °/s, and a
+    jump back within 1 s. A jump also has to be 8 times what is usual in the frames around it, so
+    that a whisk that is filmed slowly is none. Around a jump without return more than ``max_gap``
+    frames are left out, so that no motion is interpolated across it.
     """
     place = {name: tracks.of(name).copy() for name in {*tips, *bases, head, abdomen} if name}
     body = _measure_length(place[head] - place[abdomen], 50)
@@ -60,6 +74,27 @@ def _leave_out_errors(
         if wrong.any():
             found[words] = int(wrong.sum())
 
+    unmeasured, again = _find_unmeasured(place)
+    leave_out(tuple(place), again, "frames that repeat the one before")
+    doubts = []
+    if again.mean() > _REPEATED:
+        doubts.append(
+            f"{again.mean():.0%} of the frames repeat the one before: film and file have different"
+            " frame rates. Give each picture once, and how many there were a second."
+        )
+    share = {
+        name: wrong.sum() / max(np.isfinite(place[name]).all(axis=1).sum(), 1)
+        for name, wrong in unmeasured.items()
+    }
+    held = min(share[head], share[abdomen]) > 0.5  # as in a clamp
+    for name, wrong in unmeasured.items():
+        if share[name] <= 0.5:
+            leave_out((name,), wrong & ~again, f"{name} repeated or interpolated")
+        elif name in tips or not held:
+            doubts.append(
+                f"{name} stands still or moves on a straight line in {share[name]:.0%} of the"
+                " frames: was it tracked there?"
+            )
     pairs = [((head, abdomen), body)]
     if all(tips):
         pairs.append((tips, min(reach.values())))
@@ -76,12 +111,26 @@ def _leave_out_errors(
         leave_out(
             (name,), _find_jumps(place[name], length, tracks.interval), f"{name} {STRAY[0]}"
         )
+        stays = _find_breaks(place[name], length, tracks.interval, max_gap)
+        leave_out((name,), stays, f"{name} jumps and stays there")
+        if stays.any():
+            doubts.append(
+                f"{name} jumps and stays where it is then: before or after, something else was"
+                " tracked. Look at its track."
+            )
+    if all(tips):
+        apart = np.linalg.norm(place[tips[0]] - place[tips[1]], axis=1)
+        together = np.mean(apart < _TOGETHER[0] * min(reach.values()))
+        if together > _TOGETHER[1]:
+            doubts.append(
+                f"{' and '.join(tips)} lie on one place in {together:.0%} of the frames."
+            )
     if not found:
-        return tracks, found
+        return tracks, found, doubts
     position = tracks.position.copy()
     for name, values in place.items():
         position[:, tracks.landmarks.index(name)] = values
-    return tracks.replace(position=position), found
+    return tracks.replace(position=position), found, doubts
 
 
 def _find_doubts(
@@ -128,19 +177,62 @@ def _find_exchanged(one: np.ndarray, other: np.ndarray, length: float) -> np.nda
     """
     wrong = np.zeros(len(one), dtype=bool)
     seen = np.flatnonzero(np.isfinite(one + other).all(axis=1))
-    if seen.size < 2 or not length > 0:
+    if seen.size < 3 or not length > 0:
         return wrong
-    a, b = one[seen], other[seen]
+    pair, gap = np.stack([one[seen], other[seen]]), np.diff(seen)
+    step = np.diff(pair, axis=1)
 
-    def walk(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(after[1:] - before[:-1], axis=1)
+    def walk(here: np.ndarray, after: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(after - here, axis=-1).sum(axis=0)
 
-    steps = walk(a, a), walk(b, b)
-    kept, crossed = steps[0] + steps[1], walk(a, b) + walk(b, a)
-    event = (kept > 2 * crossed) & (kept - crossed > _EXCHANGED * length)
-    state = np.concatenate([[False], np.cumsum(event) % 2 == 1])
+    onward = pair[:, :-1].copy()
+    onward[:, 1:] += step[:, :-1] * np.minimum(gap[1:] / gap[:-1], 2)[:, None]
+    turn = walk(onward, pair[:, 1:])
+    least = max(_EXCHANGED * length, 2 * np.percentile(turn, 90))
+
+    def compare(here: np.ndarray, after: np.ndarray) -> np.ndarray:
+        kept, crossed = walk(here, after), walk(here, after[::-1])
+        return (kept > 2 * crossed) & (kept - crossed > least)
+
+    event = compare(pair[:, :-1], pair[:, 1:]) | compare(onward, pair[:, 1:])
+    state = np.zeros(seen.size, dtype=bool)
+    for k in np.flatnonzero(event):  # the names before it as they were found to be
+        now, was = (pair[:: -1 if state[row] else 1, row] for row in (k, max(k - 1, 0)))
+        after = pair[:: -1 if state[k] else 1, k + 1]
+        moved = (now - was) * gap[k] / gap[k - 1] if k and gap[k] <= _NEAR else 0 * now
+        state[k + 1 :] ^= bool(compare(now + moved, after))
     wrong[seen] = state if state.mean() <= 0.5 else ~state
     return wrong
+
+
+def _find_unmeasured(place: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Whether each landmark's place (frame,) is the one before, or lies on a line at constant
+    speed, for so long that nothing was measured; of a frame that repeats the one before, at once.
+
+    Nothing is known of coordinates that are rounded to more than a tenth of their noise, unless
+    what stood still for long then jumps; nor of a landmark that is never measured otherwise.
+    """
+    found, repeated = {}, []
+    for name, path in place.items():
+        still, straight = np.zeros((2, len(path)), dtype=bool)
+        step, bend = (np.abs(np.diff(path, n, axis=0)).max(axis=1) for n in (1, 2))
+        least = 1e-9 * np.abs(path[np.isfinite(path)]).max(initial=0.0)
+        still[1:] = step <= least
+        found[name], rough = binary_opening(still, np.ones(_RUN[0])), bend[bend > least]
+        if not rough.size:
+            continue
+        off = [np.nanmax(np.abs(path / g - np.round(path / g))) for g in _GRAINS]
+        grain = next((g for g, by in zip(_GRAINS, off, strict=True) if by < 1e-3), 0.0)
+        if grain < 0.1 * np.median(rough):
+            straight[1:-1] = bend <= 2 * grain + least
+            found[name] |= binary_opening(straight, np.ones(_RUN[1]))
+            repeated.append(still)
+            continue
+        fast = 2 * np.percentile(step[step > least], 95)
+        for (run,) in find_objects(label(found[name])[0]):
+            into, out = step[max(run.start - 2, 0)], step[min(run.stop, len(path) - 1) - 1]
+            found[name][run] = np.fmax(into, out) > fast
+    return found, np.all(repeated, axis=0) & bool(repeated)
 
 
 def _find_jumps(place: np.ndarray, length: float, interval: float) -> np.ndarray:
@@ -205,6 +297,23 @@ def _find_excursions(
             wrong[:k] = True
         elif k > last - 2:
             wrong[k:] = True
+    return wrong
+
+
+def _find_breaks(place: np.ndarray, length: float, interval: float, max_gap: int) -> np.ndarray:
+    """Whether a frame (frame,) is near a jump of a landmark's place (frame, axis) that remains."""
+    wrong = np.zeros(len(place), dtype=bool)
+    frame = np.flatnonzero(np.isfinite(place).all(axis=1))
+    if frame.size < 2 * _NEAR or not length > 0:
+        return wrong
+    step = np.linalg.norm(np.diff(place[frame], axis=0), axis=1) / np.diff(frame)
+    least = _SPIKE if interval <= _FLICK else np.clip(_MAX_SPEED * interval, *_JUMP)
+    beside = np.maximum(step[:-2], step[2:])
+    jump = (step > least * length) & (step > _TIMES * _find_usual(step))
+    jump[1:-1] &= step[1:-1] > _TIMES_LARGEST * beside
+    half = max_gap // 2 + 1
+    for k in frame[np.flatnonzero(jump) + 1]:
+        wrong[max(k - half, 0) : k + half] = True
     return wrong
 
 

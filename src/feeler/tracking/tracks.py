@@ -301,8 +301,10 @@ def _choose_rate(found: Found, given: float | None, name: str) -> tuple[float, d
 
 
 def _take_tracked(found: Found) -> tuple[Found, int]:
-    """Every k-th frame alone, and k, where no other was tracked."""
-    rows = np.flatnonzero(np.isfinite(found.position).any(axis=(1, 2)))
+    """Every k-th frame alone, and k, where no other was tracked or others repeat it."""
+    new = np.isfinite(found.position).any(axis=(1, 2))
+    new[1:] &= (np.diff(found.position, axis=0) != 0).any(axis=(1, 2))
+    rows = np.flatnonzero(new)
     every = int(np.gcd.reduce(np.diff(rows))) if rows.size > 2 else 1
     if every == 1:
         return found, 1
