@@ -32,7 +32,7 @@ from feeler.report import (
 )
 from paper.context import Context
 from paper.statements import Judged, count_intervals, count_verdicts
-from paper.table import RESULTS, Results, read_declared
+from paper.table import RESULTS, Results, fill_front, read_declared
 
 DETAILS = "details.html"
 OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"
@@ -164,7 +164,12 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
     ]
     counts = count_verdicts(judged)
     answers = [
-        (one["asks"], results.fill(one["words"]), by_id.get(one.get("statement", "")))
+        (
+            one["asks"],
+            results.fill(one["words"]),
+            by_id.get(one.get("statement", "")),
+            fill_front(results) if one.get("table") else None,
+        )
         for one in declared["answer"]
     ]
     section, block = blocks.get(_FRONT, (None, None))
@@ -178,8 +183,8 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
     able = sum(counts.values()) - [*counts.values()][-1]
     first = next(iter(counts.values()))
     return render_page(
-        f"Meng et al. 2025, recomputed: {first} of {able} comparable statements are reproduced"
-        " under the paper's own words",
+        f"Meng et al. 2025, recomputed: {first} of {able} comparable statements are reproduced as"
+        " the paper words them",
         _describe(context),
         parts,
         opening=opening,
