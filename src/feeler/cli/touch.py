@@ -247,7 +247,7 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     angle, curvature, force = (value for value, _ in facts.values())
     lead = (
         f"Touched by a {trial.label}, the antenna '{antenna.name}' bends by at most {angle:.3g}° at"
-        f" one hinge; the greatest force is {force:.3g} mN. L: length of the antenna, from the base."
+        f" one hinge; the greatest force is {force:.3g} mN. L is the antenna's length."
     )
     write_page(out / "touch.html", f"The antenna '{antenna.name}', touched", lead, section)
     if said.as_json:
