@@ -9,7 +9,8 @@ import json
 import re
 from pathlib import Path
 
-from paper.table import KEPT, PLACE, Results, read_declared
+from paper.readings import WORDS
+from paper.table import KEPT, PLACE, Results, fill_front, read_declared
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
@@ -119,9 +120,17 @@ RESULT_PAGES = ("README.md", "docs/index.md")
 """Where the one result stands."""
 
 
-def make_result(results: Results) -> str:
-    """The one result: the sentence with which the report begins."""
-    return "\n" + results.fill(read_declared("statements.toml")["front"]) + "\n"
+def make_result(results: Results, counts: dict[str, int]) -> str:
+    """The answers with which the report begins, with one table, and the paper's verdicts."""
+    lines = []
+    for one in read_declared("statements.toml")["answer"]:
+        lines += ["", f"**{one['asks']}** {results.fill(one['words'])}"]
+        if one.get("table"):
+            head, *rows = fill_front(results) or [[""]]
+            lines += ["", *(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows))]
+    told = ", ".join(f"{counts[word]} {word}" for word in WORDS if word in counts)
+    lines += ["", f"**And the paper?** Of {sum(counts.values())} statements: {told}."]
+    return "\n".join(lines) + "\n"
 
 
 def make_table(times: dict, results: Results) -> str:
@@ -173,9 +182,10 @@ def _name_command(scale: str) -> str:
 
 def main() -> None:
     results = Results.read(KEPT)
-    _write("docs/figures.md", MARKS, make_table(json.loads(RESULTS.read_text()), results))
+    times = json.loads(RESULTS.read_text())
+    _write("docs/figures.md", MARKS, make_table(times, results))
     for page in RESULT_PAGES:
-        _write(page, RESULT_MARKS, make_result(results))
+        _write(page, RESULT_MARKS, make_result(results, times["published"]["verdicts"]["paper"]))
 
 
 def _write(page: str, marks: re.Pattern, made: str) -> None:

@@ -36,11 +36,13 @@ WORDS = (
 OWN_WORDS, ANOTHER, NOT, NEVER = WORDS
 COLUMNS = (
     *("sentence", "quantity", "figure", "statement", "reading", "main", "natural", "group"),
-    *("value", "low", "high", "n", "null", "unit", "share", "agrees", "identical"),
+    *("value", "low", "high", "n", "null", "unit", "share", "looser", "stricter"),
+    *("agrees", "identical"),
 )
 """Of a row. ``null``: the value of identical touches. ``share``: of draws of single fits that
-agree. ``agrees``: 1, 0, or NaN where the spreads do not let it be told. ``identical``: whether
-identical touches show the same effect.
+agree, with the declared threshold, a ``looser`` and a ``stricter`` one. ``agrees``: 1, 0, or NaN
+where the spreads do not let it be told. ``identical``: whether identical touches show the same
+effect.
 """
 NATURAL = ("stated", "natural", "possible", "far")
 """How natural an option is, and a reading is as natural as its least natural option."""
@@ -315,15 +317,21 @@ def make_rows(
             continue
         sentence = declared.replace(groups=groups)
         spreads = [_spread(by_group[group]) for group in sentence.groups]
-        share, values = np.nan, [spread[:3] for spread in spreads]
+        share = looser = stricter = np.nan
+        values = [spread[:3] for spread in spreads]
         agrees = agree(sentence, values)
         if sentence.of not in ("", "nothing") and min(spread[3] for spread in spreads) < 2:
             agrees = None
         if isinstance(next(iter(by_group.values())), np.ndarray):
-            share = _share_draws(
-                sentence, [by_group[group] for group in sentence.groups], chosen
+            starts, least = (
+                [by_group[group] for group in sentence.groups],
+                find_threshold(sentence),
             )
-            agrees = True if share >= _SURE else False if share <= 1 - _SURE else None
+            share, looser, stricter = (
+                _share_draws(sentence, starts, chosen, threshold)
+                for threshold in (least, *_list_around(sentence, least))
+            )
+            agrees = _is_sure(share)
         null = [nulls.get(group, np.nan) for group in sentence.groups]
         identical = (
             sentence.identical == "order"
@@ -347,6 +355,8 @@ def make_rows(
                 "null": beside,
                 "unit": sentence.unit,
                 "share": share,
+                "looser": looser,
+                "stricter": stricter,
                 "agrees": np.nan if agrees is None else float(agrees),
                 "identical": bool(identical),
                 "choices": dict(chosen),
@@ -366,9 +376,9 @@ def _spread(found: Any) -> tuple[float, float, float, int]:
 
 
 def _share_draws(
-    sentence: Sentence, starts: list[np.ndarray], chosen: Mapping[str, str]
+    sentence: Sentence, starts: list[np.ndarray], chosen: Mapping[str, str], threshold: float
 ) -> float:
-    """Share of draws in which the sentence holds.
+    """Share of draws in which the sentence holds with this threshold.
 
     Starts of a fit stand best first. Where all groups are read from one fit (speeds), a draw is one
     of its starts; otherwise one start for each group, or of the choice ``best of all starts`` the
@@ -384,7 +394,7 @@ def _share_draws(
     if fit is None and "slow" in sentence.groups:
         draws = iter([(k,) * len(starts) for k in range(len(starts[0]))])
         weights = [weights[0], *(np.ones_like(w) for w in weights[1:])]
-    total, threshold = 0.0, find_threshold(sentence)
+    total = 0.0
     for drawn in draws:
         values = [found[k] for found, k in zip(starts, drawn, strict=True)]
         if measure_effect(sentence, values) >= threshold:
@@ -443,7 +453,7 @@ def collect(sections: Sequence[Section]) -> pd.DataFrame:
 def tabulate(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Rows as a table of ``COLUMNS`` and ``choices``."""
     table = pd.DataFrame(rows, columns=[*COLUMNS, "choices"])
-    numbers = ["value", "low", "high", "null", "share", "agrees"]
+    numbers = ["value", "low", "high", "null", "share", "looser", "stricter", "agrees"]
     table[numbers] = table[numbers].astype(float)
     return table
 
@@ -538,6 +548,7 @@ def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespac
                 agrees=None if np.isnan(first["agrees"]) else bool(first["agrees"]),
                 identical=bool(first["identical"]),
                 share=float(first["share"]),
+                around=(float(first["looser"]), float(first["stricter"])),
                 n=int(min(row["n"] for row in part)),
                 defined=all(np.isfinite(row["value"]) for row in part),
                 spreads=[
@@ -792,32 +803,45 @@ def _describe_moves(
     points = [value for value, *_ in main.spreads]
     asked, best = find_threshold(sentence, points), measure_effect(sentence, points)
     target = sentence.target[0] if any(sentence.target) else 0.0
+    wide = _list_around(sentence, asked)
     if sentence.kind in ("value", "factor"):
         name, now, reach = "tolerance", -asked, f"; main reading: {-best:.3g}"
-        power = sentence.kind == "factor"
-        wide = [-(sentence.tolerance**k) if power else k * asked for k in (0.5, 2.0)]
         shown = [-one for one in wide]
     elif sentence.kind in ("above", "below") and target:
         name, now, reach = "target", target, ""
-        wide, sign = (
-            [-0.1 * abs(target), 0.1 * abs(target)],
-            1 if sentence.kind == "above" else -1,
-        )
+        sign = 1 if sentence.kind == "above" else -1
         shown = [target + sign * one for one in wide]
     else:
         name, now, reach = "least effect", asked, f"; main reading: {best:.3g}"
-        shown = wide = [0.5 * asked, 2 * asked]
+        shown = wide
     said = [f"{name} {now:.3g}{reach * bool(np.isfinite(best))}"]
     others = [one for one in readings if one is not main]
-    for threshold, value in zip(wide, shown, strict=True):
-        answers = [agree(sentence, _drop(one), threshold) for one in (main, *others)]
+    for k, (threshold, value) in enumerate(zip(wide, shown, strict=True)):
+        answers = [
+            _is_sure(one.around[k])
+            if np.isfinite(one.share)
+            else agree(sentence, one.spreads, threshold)
+            for one in (main, *others)
+        ]
         counted = f" ({sum(map(bool, answers))} of {len(answers)} agree)" * bool(others)
         said.append(f"with {value:.3g}: {decide(answers)}{counted}")
     return "; ".join(said)
 
 
-def _drop(reading: SimpleNamespace) -> list[_Spread]:
-    """Spreads; of draws of starts the values alone."""
-    if np.isfinite(reading.share):
-        return [(value, np.nan, np.nan) for value, *_ in reading.spreads]
-    return reading.spreads
+def _list_around(sentence: Sentence, asked: float) -> list[float]:
+    """A looser and a stricter threshold than the one that was declared."""
+    target = sentence.target[0] if any(sentence.target) else 0.0
+    if sentence.kind == "factor":
+        return [-(sentence.tolerance**k) for k in (2.0, 0.5)]
+    if sentence.kind == "value":
+        return [2.0 * asked, 0.5 * asked]
+    if sentence.kind in ("above", "below") and target:
+        step = 0.1 * abs(target)  # no share is above 1
+        whole = sentence.kind == "above" and sentence.unit == "share"
+        return [-step, min(step, 1 - target) if whole else step]
+    return [0.5 * asked, 2.0 * asked]
+
+
+def _is_sure(share: float) -> bool | None:
+    """What a share of draws of the starts says."""
+    return True if share >= _SURE else False if share <= 1 - _SURE else None

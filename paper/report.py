@@ -31,20 +31,15 @@ from feeler.report import (
     render_page,
 )
 from paper.context import Context
+from paper.readings import WORDS
 from paper.statements import Judged, count_intervals, count_verdicts
-from paper.table import RESULTS, Results, read_declared
+from paper.table import RESULTS, Results, fill_front, read_declared
 
 DETAILS = "details.html"
 OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"
 _THUMB = (150, 96)  # pixels
 _NAMED = re.compile(r"(?:Fig\.|,) (S?\d)")
-_SAID = {
-    "good": "reproduced",
-    "half": "under another reading",
-    "bad": "not reproduced",
-    "none": "–",
-}
-_WORST = ("bad", "half", "good", "none")
+_MARKS = ("good", "half", "bad", "none")  # as the verdicts are, in their order
 
 
 def write_report(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
@@ -149,9 +144,15 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
         anchor = f"fig{number.replace(' ', '')}"
         parts.append(Part(name=anchor, title=f"{figure['name']}  {figure['title']}", body=body))
         marks = [one.mark for one in (*named, *own)]
-        worst = next((mark for mark in _WORST if mark in marks), "none")
+        counts = {mark: n for mark in _MARKS if (n := marks.count(mark))}
+        told = "; ".join(
+            f"{counts[m]} {word}" for m, word in zip(_MARKS, WORDS, strict=True) if m in counts
+        )
         thumbs.append(
-            (figure["name"], anchor, _shrink(*found[0]) if found else "", worst, _SAID[worst])
+            (
+                *(figure["name"], anchor, _shrink(*found[0]) if found else "", counts),
+                told or "no statement of the paper",
+            )
         )
     rest = [one for found in groups.values() for one in found]
     parts += [
@@ -164,7 +165,12 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
     ]
     counts = count_verdicts(judged)
     answers = [
-        (one["asks"], results.fill(one["words"]), by_id.get(one.get("statement", "")))
+        (
+            one["asks"],
+            results.fill(one["words"]),
+            by_id.get(one.get("statement", "")),
+            fill_front(results) if one.get("table") else None,
+        )
         for one in declared["answer"]
     ]
     section, block = blocks.get(_FRONT, (None, None))
@@ -178,8 +184,8 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
     able = sum(counts.values()) - [*counts.values()][-1]
     first = next(iter(counts.values()))
     return render_page(
-        f"Meng et al. 2025, recomputed: {first} of {able} comparable statements are reproduced"
-        " under the paper's own words",
+        f"Meng et al. 2025, recomputed: {first} of {able} comparable statements are reproduced as"
+        " the paper words them",
         _describe(context),
         parts,
         opening=opening,

@@ -175,6 +175,15 @@ class Results:
         return PLACE.sub(lambda place: _format(found[place[1]], place[2]), sentence)
 
 
+def fill_front(results: Results) -> list[list[str]] | None:
+    """The one table of README and of the report's first screen, header first; None where the run
+    lacks a cell.
+    """
+    front = read_declared("statements.toml")["front"]
+    rows = [[results.fill(cell) for cell in row] for row in front["rows"]]
+    return [front["head"], *rows] if all(map(all, rows)) else None
+
+
 def _format(value: Value | None, form: str) -> str:
     assert value is not None
     return format(int(value.value) if form == "d" else value.value, form)

@@ -1,5 +1,7 @@
 """The table of results: written, read, looked up, compared, and what is read from it."""
 
+import itertools
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -73,7 +75,7 @@ def test_the_cached_run_computed_what_statements_ask_for():
 def test_words_on_the_page_are_filled_with_the_run_s_numbers():
     declared, kept = read_declared("statements.toml"), Results.read(KEPT)
     said = (one.get("words", "") for one in (*declared["answer"], *declared["figure"]))
-    for words in (declared["front"], *said):
+    for words in (*itertools.chain(*declared["front"]["rows"]), *said):
         filled, empty = kept.fill(words), Results.make({}).fill(words)
         assert "{" not in filled + empty
         assert len(filled.split()) == len(PLACE.sub("0", words).split())

@@ -233,23 +233,23 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     movie = said.movie and _film(antenna, trial, everything, section)
     _draw(antenna, trial, everything, tensors, section, vector=said.vector)
     facts = _measure(tensors)
-    known = facts | {"penetration depth": (float(tensors["sink"].max()), "smaller radius")}
+    known = facts | {"penetration depth": (float(tensors["sink"].max()), "of the smaller radius")}
     for name in ("contact_time_constant", "timestep"):
         if name in tensors.attrs:
             known[name.replace("_", " ")] = tensors.attrs[name], "ms"
     rows = [[f"{name} [{unit}]", value] for name, (value, unit) in known.items()]
     error = float(tensors["error"][0])
-    rows += [["its error, over the peak", error]]
-    section.table(["of this touch", ""], rows)
+    rows += [["numerical error [of the peak]", error]]
+    section.table(["quantity", "value"], rows)
     adapted = say_adapted(tensors) if said.contact == "smooth" else ""
     if adapted:
         section.text(f"{adapted[0].upper()}{adapted[1:]}.")
     angle, curvature, force = (value for value, _ in facts.values())
-    answer = (
-        f"{antenna.name} bends by at most {angle:.3g}° at one hinge and is pushed with at most"
+    lead = (
+        f"Touched by a {trial.label}, the antenna '{antenna.name}' bends by at most {angle:.3g}° at"
+        f" one hinge; the greatest force is {force:.3g} mN. L is the antenna's length."
     )
-    lead = f"{answer} {force:.3g} mN by a {trial.label}."
-    write_page(out / "touch.html", f"A touch of {antenna.name}", lead, section)
+    write_page(out / "touch.html", f"The antenna '{antenna.name}', touched", lead, section)
     if said.as_json:
         _tell_machine(trial.label, known, error, out / "touch.html")
         return
@@ -291,7 +291,7 @@ def _draw(
                 figure.savefig(section.folder / name)
     section.figure(
         "tensor",
-        "Curvature of every sensor against time.",
+        "Curvature at every sensor against time.",
         lambda figure: plot_touch(tensors, figure),
     )
     if antenna.spatial:

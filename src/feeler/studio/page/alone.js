@@ -49,6 +49,7 @@ function makeSwitches(config) {
     } });
     const tourButton = make("button", { type: "button", class: "plain strong", text: "Tour" });
     const status = makeStatus(app), lead = makeLead(config)(app), all = [antenna, speed, kind, mode];
+    for (const one of all) one.update(); // before the engine is there
     const named = all.map((one, k) => make("div", { class: "named" }, make("span", { text: ["Antenna", "Speed", "Object", "It moves"][k] }), one.element));
     const element = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " drag this ball"),
       make("div", { class: "switches" }, ...named), make("div", { class: "tools" }, status.element, tourButton, theme), lead.element);
@@ -117,14 +118,19 @@ function makeLead(config) {
   return (/** @type {App} */ app) => {
     const felt = make("span", { class: "felt", role: "status" });
     const element = make("p", { class: "lead" }, make("b"), felt);
-    function update() {
+    function invite() {
       const { mode, touch } = app.store.state, hand = mode === "hand", thing = touch.kind;
       element.firstChild.textContent = hand ? `Take the ${thing}, or the dark base, and touch. ` : `Drag the ${thing} along this simulated antenna. Compare ${pair(config.antennas)}, ${pair(config.speeds)}. `;
       if (app.hidden) element.firstChild.textContent = "Something touches the antenna. ";
+      return hand;
+    }
+    function update() {
+      const hand = invite();
       const words = app.hidden ? "What is it?" : hand ? "The simulation follows you, slowed down." : sayFelt(config, app);
       if (words) felt.textContent = words;
       felt.classList.toggle("old", !words); // of the touch before, while another is computed
     }
+    invite(); // before the engine is there
     return { element, update };
   };
 }
