@@ -319,7 +319,6 @@ def refine(
     accuracy: float,
     peaks: np.ndarray,
     halvings: int,
-    stop: Event,
 ) -> Motion | None:
     """The motion whose steps are small where they need to be, with what it errs by; None if it
     cannot be followed.
@@ -332,7 +331,7 @@ def refine(
     smallest taken.
     """
     first, found = (
-        _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(
+        _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings).go(
             accuracy / share, peaks
         )
         for share in _SHARES
@@ -355,7 +354,6 @@ class _Pair:
     clock: Clock
     engine: str
     halvings: int
-    stop: Event
     steppers: dict[int, Stepper] = field(default_factory=dict)
 
     def go(self, share: float, peaks: np.ndarray) -> Motion | None:
@@ -412,7 +410,7 @@ class _Pair:
         every = round(self.clock.sample_interval / stepper.timestep)
         while k < stop and not ended:
             k, ended = _record_some(
-                stepper, tape[:, :stop], k, every, _list_turns(stepper), self.stop
+                stepper, tape[:, :stop], k, every, _list_turns(stepper), Event()
             )
         return None if ended else stepper.save(0)
 
@@ -475,9 +473,7 @@ def check_accuracy(accuracy: float) -> float:
     return float(accuracy)
 
 
-def run_with_error(
-    scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event | None = None
-) -> list[Result]:
+def run_with_error(scenes: Sequence[Scene], clock: Clock, engine: str) -> list[Result]:
     """One Motion per scene, however many, each with an estimate of its ``error``, or what ended it.
 
     All are run once more with twice the timestep, until ``_AFTER`` ms after the last contact. What
@@ -487,8 +483,7 @@ def run_with_error(
     from where the two runs began to part, and what that changes counts ``_MARGIN`` times. So it
     does for all, from the beginning, where the contact allows no coarser timestep.
     """
-    stop = stop or Event()
-    results = _run_all(scenes, clock, engine, stop)
+    results = _run_all(scenes, clock, engine)
     errors: dict[int, float] = {}
     todo = {i: result for i, result in enumerate(results) if isinstance(result, Motion)}
     starts = dict.fromkeys(todo, 0)
@@ -497,7 +492,7 @@ def run_with_error(
         if not todo or (factor > 1 and factor * clock.timestep > shortest / 2 * (1 + 1e-9)):
             continue
         every = 2 if factor > 1 and clock.steps_per_sample % 2 else 1
-        gaps = _compare(scenes, todo, starts, clock, factor, every, engine, stop)
+        gaps = _compare(scenes, todo, starts, clock, factor, every, engine)
         errors |= {i: margin * float(gap.max()) for i, gap in gaps.items()}
         todo = {i: todo[i] for i, gap in gaps.items() if not gap.max() <= most}
         for i in todo:
@@ -521,7 +516,6 @@ def _compare(
     factor: float,
     every: int,
     engine: str,
-    stop: Event,
 ) -> dict[int, np.ndarray]:
     """What ``factor`` times the timestep changes of each motion at most, over its peak, at each
     sample, or every other one, from where it starts.
@@ -536,7 +530,7 @@ def _compare(
             timestep=factor * clock.timestep,
         )
         begun = [_begin_at(scenes[i], motions[i], starts[i]) for i in group]
-        for i, result in zip(group, run_group(begun, other, engine, stop), strict=True):
+        for i, result in zip(group, run_group(begun, other, engine), strict=True):
             gaps[i] = _measure_gap(motions[i], result, slice(starts[i], ends[i], every))
     return gaps
 
@@ -585,7 +579,6 @@ def run_accurately(
     sample_interval: float,
     engine: str,
     accuracy: float,
-    stop: Event | None = None,
 ) -> list[Result]:
     """One Motion per scene whose ``error`` is at most ``accuracy``; infinite, which is to say
     unknown, where ``HALVINGS`` of the timestep and ``_NARROWINGS`` of the contact do not get there.
@@ -595,14 +588,14 @@ def run_accurately(
     halved again. What does not get there is the motion with the scene's own contact, at the finest
     steps that it was run with.
     """
-    results = _run_in_time(scenes, duration, sample_interval, engine, accuracy, stop)
+    results = _run_in_time(scenes, duration, sample_interval, engine, accuracy)
     own = list(results)
     now, todo = list(scenes), [i for i, r in enumerate(results) if isinstance(r, Motion)]
     for _ in range(_NARROWINGS):
         for i in todo:
             now[i] = replace(now[i], contact=now[i].contact.halve())
         found = _run_in_time(
-            [now[i] for i in todo], duration, sample_interval, engine, accuracy, stop
+            [now[i] for i in todo], duration, sample_interval, engine, accuracy
         )
         for i, narrow in zip(todo, found, strict=True):
             change = compute_error(now[i], results[i], narrow)
@@ -625,7 +618,6 @@ def _run_in_time(
     sample_interval: float,
     engine: str,
     accuracy: float,
-    stop: Event | None = None,
 ) -> list[Result]:
     """One Motion per scene whose ``error`` is at most ``accuracy``, or as small as ``HALVINGS`` of
     the timestep get it.
@@ -643,18 +635,17 @@ def _run_in_time(
     against a whole run with steps smaller than all others, and what these differ by counts
     ``_DRIFT`` times.
     """
-    stop = stop or Event()
     if not scenes:
         return []
     timestep = min(find_coarsest(scene.contact, sample_interval) for scene in scenes)
     clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
-    results = _run_all(scenes, clock, engine, stop)
+    results = _run_all(scenes, clock, engine)
     todo, agreed, settled = list(range(len(scenes))), set[int](), set[int]()
     once = [min(map(_trust, scene.objects), default=_SURE) for scene in scenes]
-    for _ in range(min(_WHOLE, HALVINGS)):
+    for _ in range(_WHOLE):
         clock = replace(clock, timestep=clock.timestep / 2)
         for i, fine in zip(
-            todo, _run_all([scenes[i] for i in todo], clock, engine, stop), strict=True
+            todo, _run_all([scenes[i] for i in todo], clock, engine), strict=True
         ):
             error = compute_error(scenes[i], results[i], fine)
             results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
@@ -665,41 +656,32 @@ def _run_in_time(
         todo = [i for i in todo if i not in settled]
         if not todo:
             return results
-    if HALVINGS <= _WHOLE:
-        return results
     for i in todo:
-        results[i] = _refine(scenes[i], results[i], clock, engine, accuracy, stop)
+        results[i] = _refine(scenes[i], results[i], clock, engine, accuracy)
     doubted = [i for i in todo if once[i] == _NEVER and _read_error(results[i]) <= accuracy]
     clock = replace(clock, timestep=timestep / 2 ** (HALVINGS + 1))
     for i, fine in zip(
-        doubted, _run_all([scenes[i] for i in doubted], clock, engine, stop), strict=True
+        doubted, _run_all([scenes[i] for i in doubted], clock, engine), strict=True
     ):
-        results[i] = _hold_against(scenes[i], results[i], fine)
+        # the finer motion, with the greater of what the refined one and their difference say
+        best = fine if isinstance(fine, Motion) else results[i]
+        change = _DRIFT * compute_error(scenes[i], results[i], fine)
+        if isinstance(best, Motion):
+            results[i] = replace(best, error=max(_read_error(results[i]), change))
     return results
 
 
-def _refine(
-    scene: Scene, coarse: Result, clock: Clock, engine: str, accuracy: float, stop: Event
-) -> Result:
+def _refine(scene: Scene, coarse: Result, clock: Clock, engine: str, accuracy: float) -> Result:
     """What refinement finds, unless whole runs promised less error and not enough: what these said
     by chance is unsaid.
     """
     found = refine(
-        scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - _WHOLE - 1, stop
+        scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - _WHOLE - 1
     )
     before = _read_error(coarse)
     return (
         found if found is not None and (before <= accuracy or found.error < before) else coarse
     )
-
-
-def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
-    """The finer motion, if there is one, with the greater of what the refined one and their
-    difference say it errs by.
-    """
-    best = fine if isinstance(fine, Motion) else refined
-    error = max(_read_error(refined), _DRIFT * compute_error(scene, refined, fine))
-    return replace(best, error=error) if isinstance(best, Motion) else best
 
 
 def _trust(item: Object) -> float:
@@ -709,12 +691,10 @@ def _trust(item: Object) -> float:
     return _SURE if item.feature.unbounded or len(item.feature.parts[0]) == 1 else _SURER
 
 
-def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) -> list[Result]:
+def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str) -> list[Result]:
     found: dict[int, Result] = {}
     for lanes in make_groups(scenes, get_engine(engine)):
-        found |= zip(
-            lanes, run_group([scenes[i] for i in lanes], clock, engine, stop), strict=True
-        )
+        found |= zip(lanes, run_group([scenes[i] for i in lanes], clock, engine), strict=True)
     return [found[i] for i in range(len(scenes))]
 
 
