@@ -27,6 +27,8 @@ FLAGS = (
 )
 WHOLE = tuple(f"paper/test_{name}.py" for name in ("whole", "print"))
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
+STUDIED = tuple(f"studio/test_{name}.py" for name in ("board", "decoder"))
+"""Files that ask one trained decoder."""
 FIRST = (
     *WHOLE,
     "physics/test_space.py",
@@ -98,34 +100,42 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one worker, whatever ``--dist`` says, and so does WHOLE: what its tests share
-    is then made once.
+    """A file goes to one worker, whatever ``--dist`` says, and so do WHOLE and STUDIED: what their
+    tests share is then made once.
     """
     from xdist.scheduler import LoadFileScheduling
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid):
             path = super()._split_scope(nodeid)
-            return "whole" if path.endswith(WHOLE) else path
+            together = [group for group in (WHOLE, STUDIED) if path.endswith(group)]
+            return together[0][0] if together else path
 
     config.option.loadscopereorder = False  # they are in order already
     return Scheduling(config, log)
 
 
-@pytest.fixture
-def guard_in_process(monkeypatch):
-    """The guard works in the process of the test, without its limits: where thousands of files are
-    read, or only what is read from them matters.
+@pytest.fixture(scope="session", autouse=True)
+def guard_in_process():
+    """The guard works in the process of the test, without its limits on memory and time: what is
+    read is the same, and a process for each file costs a quarter of a second.
     """
     from feeler import sandbox as guard
 
-    monkeypatch.setattr(
-        guard,
-        "_ask",
-        lambda function, path, limits, name, words: guard.answer(
-            function, path, limits.max_bytes, *words
-        ),
-    )
+    def ask(function, path, limits, name, words):
+        return guard.answer(function, path, limits.max_bytes, *words)
+
+    whole = guard._ask
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guard, "_ask", ask)
+        yield whole
+
+
+@pytest.fixture(autouse=True)
+def guard_of_users(request, guard_in_process, monkeypatch):
+    """Where a test is marked ``guarded``, the guard is that of users, in a process of its own."""
+    if request.node.get_closest_marker("guarded"):
+        monkeypatch.setattr("feeler.sandbox._ask", guard_in_process)
 
 
 @contextmanager

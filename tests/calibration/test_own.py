@@ -222,15 +222,6 @@ def test_frequencies_beyond_sampling_and_beyond_antennae_are_refused(time, frequ
         measure_trace(time, trace, "fast")
 
 
-def test_a_trace_that_starts_at_rest_is_refused():
-    time = np.arange(0.0, 120.0)
-    late = np.where(time < 50, 0.0, np.exp(-0.03 * (time - 50)) * np.cos(0.11 * (time - 50)))
-    with pytest.raises(
-        InvalidInput, match=r"first sample is the release|starts at its rest position"
-    ):
-        measure_trace(time, late, "late")
-
-
 def test_seconds_taken_for_milliseconds_are_noticed():
     time = np.arange(0.0, 0.12, 0.001)
     trace = np.exp(-30 * time) * np.cos(2 * np.pi * 17.5 * time)

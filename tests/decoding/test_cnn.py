@@ -23,6 +23,12 @@ def make_touches(n_each=12, seed=0):
     ), np.tile(list("abc"), n_each)
 
 
+@pytest.fixture(scope="module")
+def trained():
+    pytest.importorskip("torch")
+    return TouchNetwork(**QUICK | {"max_epochs": 2}).fit(*make_touches())
+
+
 def test_layers_are_the_papers():
     torch = pytest.importorskip("torch")
     network = _make_network(torch, (56, 380), 30)
@@ -97,7 +103,7 @@ def test_training_stops_on_the_validation_part_and_keeps_its_best():
 def test_normalisation_does_not_see_the_validation_part():
     pytest.importorskip("torch")
     X, y = make_touches()
-    model = TouchNetwork(**QUICK)
+    model = TouchNetwork(**QUICK | {"max_epochs": 1})
     _, targets = np.unique(y, return_inverse=True)
     train, validate = model._split(targets)
     assert not set(train) & set(validate) and set(targets[validate]) == {0, 1, 2}
@@ -106,14 +112,12 @@ def test_normalisation_does_not_see_the_validation_part():
     assert model.mean_.max() < 10
 
 
-def test_weights_survive_the_disk(tmp_path):
-    pytest.importorskip("torch")
-    X, y = make_touches()
-    model = TouchNetwork(**QUICK).fit(X, y)
-    model.save(tmp_path / "touch.safetensors")
+def test_weights_survive_the_disk(trained, tmp_path):
+    X, _ = make_touches()
+    trained.save(tmp_path / "touch.safetensors")
     loaded = TouchNetwork.load(tmp_path / "touch.safetensors", device="cpu")
-    np.testing.assert_allclose(loaded.predict_proba(X), model.predict_proba(X), atol=1e-6)
-    assert loaded.get_params() == model.get_params() | {"device": "cpu"}
+    np.testing.assert_allclose(loaded.predict_proba(X), trained.predict_proba(X), atol=1e-6)
+    assert loaded.get_params() == trained.get_params() | {"device": "cpu"}
 
 
 @pytest.mark.parametrize(
@@ -132,12 +136,10 @@ def test_bad_input_is_refused(model, labels, message):
         model.fit(make_touches()[0], labels)
 
 
-def test_another_version_or_a_damaged_file_says_so(tmp_path):
-    pytest.importorskip("torch")
+def test_another_version_or_a_damaged_file_says_so(trained, tmp_path):
     from feeler.tensors.formats import Model, _read_model, save_model
 
-    X, y = make_touches()
-    TouchNetwork(**QUICK).fit(X, y).save(tmp_path / "good")
+    trained.save(tmp_path / "good")
     good = _read_model(tmp_path / "good")
     later = Model(
         kind=good.kind, version=good.version + 1, arrays=good.arrays, settings=good.settings
@@ -161,13 +163,13 @@ def test_another_version_or_a_damaged_file_says_so(tmp_path):
 def test_a_tracker_gets_each_epoch_with_its_loss_and_may_end_the_training():
     pytest.importorskip("torch")
     X, y = make_touches()
-    network, logged = TouchNetwork(**QUICK), []
+    network, logged = TouchNetwork(**QUICK | {"max_epochs": 3}), []
 
     def log(done, total):
         logged.append((done, total, network.validation_loss_[-1]))
 
     network.fit(X, y, progress=log)
-    losses = [*zip(range(1, 7), [6] * 6, network.validation_loss_, strict=False)]
+    losses = [*zip(range(1, 4), [3] * 3, network.validation_loss_, strict=False)]
     assert logged == losses[: network.n_epochs_]
 
     class PrunedError(Exception):

@@ -21,14 +21,9 @@ from feeler.tensors.table import parse_table
 from . import _hostile
 from ._files import make_set
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.guarded]
 
 LIMITS = Limits(max_bytes=2**27, max_seconds=3)
-
-
-@pytest.fixture(autouse=True)
-def in_process():
-    """Here the guard works as it does for users."""
 
 
 def raise_if_invalid(path, words="", limits=LIMITS):

@@ -11,7 +11,6 @@ from feeler import Outline
 from feeler.errors import InvalidInput
 from feeler.objects.shapes import measure_area
 
-pytestmark = pytest.mark.usefixtures("guard_in_process")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {page}>{inside}</svg>'
 PAGE = 'width="50mm" height="20mm" viewBox="0 0 100 40"'  # half a millimetre a unit
 RECTANGLE = '<g transform="translate(10, 3)"><path id="plate" d="M 0 0 H 8 V 4 H 0 Z"/></g>'

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
-from feeler.antenna.segments import Antenna, compute_mass_matrix
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects import Trial, Wall, make_feature
 from feeler.objects.bodies import Object
-from feeler.objects.distance import compute_clearance
 from feeler.physics.chain.fields import B_PULL_X
 from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.contact import Contact, get_contact
@@ -33,36 +32,6 @@ def test_one_segment_is_a_torsion_pendulum():
     np.testing.assert_allclose(
         found.angle[:, 0], 0.4 * np.cos(omega * clock.time), atol=0.4 * omega * 1e-4
     )
-
-
-def test_one_damped_segment_creeps_as_implicit_euler_says():
-    antenna = uniform(1, stiffness=1e-3, damping=2.0)
-    h, inertia = 0.1, 1e-6 * 0.3**2 / 3
-    q, v, expected = 0.4, 0.0, []
-    for _ in range(50):
-        expected.append(q)
-        v += h * (-1e-3 * q - 2.0 * v) / (inertia + h * 2.0)
-        q += h * v
-    found = run_scene(
-        Scene(antenna=antenna, angle=np.array([0.4])),
-        Clock(duration=5, sample_interval=h, timestep=h),
-        "chain",
-    )
-    np.testing.assert_allclose(found.angle[:, 0], expected, rtol=1e-12)
-
-
-def test_small_step_starts_with_the_dense_mass_matrix():
-    antenna, rng = make_preset("cockroach"), np.random.default_rng(3)
-    angle = antenna.rest_angle + 1e-9 * rng.normal(size=140)
-    h = 1e-3
-    found = run_scene(
-        Scene(antenna=antenna, angle=angle),
-        Clock(duration=2 * h, sample_interval=h, timestep=h),
-        "chain",
-    )
-    mass = compute_mass_matrix(antenna) + h * np.diag(antenna.damping)
-    expected = h * np.linalg.solve(mass, -antenna.stiffness * (angle - antenna.rest_angle))
-    np.testing.assert_allclose(found.velocity[1], expected, atol=1e-8 * np.abs(expected).max())
 
 
 def test_undamped_free_motion_keeps_its_energy_to_first_order():
@@ -165,17 +134,6 @@ def test_a_step_allocates_nothing(lanes, damped):
     assert counts[0] == counts[1]
 
 
-def test_damping_only_takes_energy():
-    antenna, rng = uniform(12, damping=1e-3), np.random.default_rng(7)
-    scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 12))
-    energy = compute_energy(
-        antenna,
-        run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain"),
-    )
-    assert np.all(np.diff(energy) < 1e-3 * energy[0])
-    assert energy[-1] < 0.5 * energy[0]
-
-
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_frictionless_ball_pushes_through_its_centre(engine):
     """Along the line from the centre to the nearest point of the one segment."""
@@ -217,23 +175,6 @@ def test_resting_on_a_wall_is_statics():
         *force
     )  # the last hinge's torque over the force: where along the segment it acts
     assert 0 < lever <= np.hypot(*(points[-1] - points[-2])) * 1.02 + 0.1 * 0.02
-
-
-def test_softer_contact_sinks_deeper():
-    deep, clock = [], Clock(duration=8, sample_interval=0.1, timestep=0.02)
-    for softness in (0.1, 0.4):
-        scene = replace(touch(), contact=Contact(solref=(softness, 1.0)))
-        motion = run_scene(scene, clock, "chain-consistent")
-        ball = scene.objects[0]
-        places = ball.place + clock.time[:, None] * ball.velocity
-        gaps = [
-            compute_clearance(
-                scene.antenna.shape(q), scene.antenna.radius, ball.feature, place, ball.forward
-            )
-            for q, place in zip(motion.angle, places, strict=True)
-        ]
-        deep.append(-min(gaps))
-    assert 0 < 1.5 * deep[0] < deep[1] < 0.1
 
 
 @pytest.mark.parametrize("engine", CHAINS)

@@ -102,6 +102,7 @@ def write(
     return path
 
 
+@pytest.mark.guarded
 def test_joint_states_are_angles_at_their_own_times_in_the_order_of_their_numbers(tmp_path):
     read = load_recording(f"{write(tmp_path / 'run.mcap')}:joint_states", n_channels=12)
     assert read.quantity == "angle"

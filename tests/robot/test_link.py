@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.robot.stream import (
@@ -39,6 +39,7 @@ def test_a_line_is_its_layout_and_the_sum_that_of_nmea():
     )
 
 
+@settings(max_examples=40)
 @given(
     st.lists(
         st.sampled_from(["lose", "double", "break", "swap", "pass"]), min_size=40, max_size=40

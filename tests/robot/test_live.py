@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import feeler.robot
 from feeler.cli import robot_live
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
@@ -27,6 +26,7 @@ from feeler.robot import (
     make_robot,
     make_touches,
     touch_robots,
+    train_decoder,
 )
 from feeler.robot.classify import judge_recording
 from feeler.robot.decoder import Readings, _LiveTouch
@@ -201,17 +201,14 @@ def test_a_long_wait_before_the_touch_costs_nothing_and_changes_no_answer(traine
     assert live.answer.probability == pytest.approx(prompt.answer.probability, abs=0.1)
 
 
-@pytest.fixture
-def run(trained, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    decoder, classifier, _ = trained
-    training = type("TrainingSet", (), {"watch": lambda self, one: one})()
-    monkeypatch.setattr(feeler.robot, "draw_training_set", lambda *_, **__: training)
-    monkeypatch.setattr(feeler.robot, "make_decoder", lambda *_, **__: decoder)
-    monkeypatch.setattr(feeler.robot, "make_classifier", lambda **_: classifier)
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The command with a decoder of few touches."""
+    path = tmp_path_factory.mktemp("live") / "my.decoder"
+    train_decoder(trials=TRIALS, robots=6, noise=0.003).save(path)
 
     def run(lines, *options):
-        words = ["robot", "stream", "-", "--speeds", "0.27", *options]
+        words = ["robot", "stream", "-", "--decoder", str(path), *options]
         return CliRunner().invoke(app, words, input=lines)
 
     return run
@@ -241,10 +238,7 @@ def test_the_command_skips_what_is_no_sample_and_says_so_while_it_listens(run, t
     assert found[-1]["label"] == last["whole"]["label"] == states[-1]["label"]
     assert found[-1]["unlike_all"] == last["whole"]["unlike_all"]
     said = run("\n".join(torn)).output
-    assert (
-        "decoder trained before with these settings" in said
-        and "listening: 8 numbers a line, in rad (--unit), times in ms (--time-unit)" in said
-    )
+    assert "listening: 8 numbers a line, in rad (--unit), times in ms (--time-unit)" in said
     assert "1 broken lines so far" in said and f"of the lines that came: {count} broken" in said
 
 

@@ -19,7 +19,7 @@ from feeler.robot import (
     save_calibration,
 )
 from feeler.robot.description import get_example
-from feeler.studio import Boards, study
+from feeler.studio import Boards
 from feeler.studio.live import _LEAST_STEP, _WINDOW, Judge, listen
 from feeler.studio.study import ANSWERS
 
@@ -111,11 +111,6 @@ def test_capacitance_becomes_angle_by_the_calibration():
     rows = 2 + 2 * HALF * np.linspace(0, 1, 20)[:, None]
     heard, _ = hear(write_lines(rows), calibration=make_lines(8))
     assert join(heard) == pytest.approx(0.5 * rows - 1, abs=1e-5)
-
-
-@pytest.fixture(scope="module")
-def studied():
-    return study.make_study(ROBOT, 0.3, lambda doing, share: None, Event())
 
 
 @pytest.mark.parametrize(

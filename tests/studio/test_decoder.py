@@ -39,10 +39,10 @@ def draw(range_, n, seed):
 
 
 @pytest.fixture(scope="module")
-def trained():
-    decoder, range_, scores = study.train(WISH.make(), SPEED, lambda *_: None, Event(), 0.05)
-    touches, kinds = draw(range_, 30, 1)
-    return decoder, range_, scores, simulate(WISH.make(), touches), kinds
+def trained(studied):
+    touches, kinds = draw(studied.range, 30, 1)
+    angle = simulate(WISH.make(), touches)
+    return studied.decoder, studied.range, studied.scores, angle, kinds
 
 
 @pytest.mark.long

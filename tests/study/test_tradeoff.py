@@ -41,28 +41,6 @@ def measured(study):
     return found.sel(antenna="cockroach", classifier="ideal")
 
 
-def test_all_speeds_and_antennas_meet_the_same_touches():
-    task = load_declared().task
-    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("uniform")
-    (slow, labels), (fast, same) = (
-        task.draw(antenna, "test", set=3, speed=speed)
-        for antenna, speed in zip(antennas, (0.03, 1.2), strict=True)
-    )
-    assert len(slow) == 30 and labels.tolist() == same.tolist()
-    assert [(t.feature, t.location, t.approach, t.friction) for t in slow] == [
-        (t.feature, t.location, t.approach, t.friction) for t in fast
-    ]
-    assert task.draw(None, "test", set=4)[0][0].location != slow[0].location
-
-
-def test_draws_stay_in_the_declared_ranges():
-    task = load_declared(objects=BALLS, locations=(0.7,)).task
-    trials = [trial for number in range(20) for trial in task.draw(None, "test", set=number)[0]]
-    assert max(abs(t.location - 0.7) for t in trials) <= 0.015
-    assert max(abs(t.approach - 90) for t in trials) <= 4.0
-    assert all(0.6 <= t.friction <= 1.0 for t in trials)
-
-
 def test_a_window_is_the_samples_that_it_names(study, measured):
     """20 ms at 0.6 m/s and 12 mm are not in the table of one kind only: what is the same window
     tells the same.
@@ -165,6 +143,7 @@ def test_every_speed_has_its_matched_samples_on_the_grid():
     assert len({*names}) == len(names)
 
 
+@pytest.mark.long
 def test_a_classifier_that_learns_tells_less_than_one_that_knows():
     study = load_declared(
         sets=1,

@@ -43,6 +43,7 @@ def whole():
     return make_set()
 
 
+@pytest.mark.guarded
 @pytest.mark.parametrize("suffix", [".zarr", ".nc", ".mat", ".nwb", ".parquet"])
 def test_a_set_comes_back_identical(tmp_path, whole, suffix):
     path = tmp_path / f"set{suffix}"
@@ -207,6 +208,7 @@ def bomb_zarr(path, changes):
     (path / "angle" / "zarr.json").write_text(json.dumps({**metadata, **changes}))
 
 
+@pytest.mark.guarded
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("changes", "words"),
@@ -229,6 +231,7 @@ def test_hostile_zarr_metadata_are_refused_before_memory_is_taken(tmp_path, chan
         load(tmp_path / "x.zarr")
 
 
+@pytest.mark.guarded
 def test_hostile_hdf5_is_refused(tmp_path):
     with h5netcdf.File(tmp_path / "huge.nc", "w") as file:
         file.dimensions = {"a": 1 << 20, "b": 1 << 20}
@@ -260,6 +263,7 @@ def test_hostile_hdf5_is_refused(tmp_path):
             load(tmp_path / f"{name}.nc")
 
 
+@pytest.mark.guarded
 def test_limits_come_from_the_environment(tmp_path, whole, monkeypatch):
     save(whole, tmp_path / "set.mat")
     monkeypatch.setenv("FEELER_MAX_GIB", "1e-6")
@@ -336,6 +340,7 @@ def test_one_trial_of_one_sample_survives_every_format(tmp_path):
         xr.testing.assert_identical(load(tmp_path / f"tiny{suffix}").load(), expected)
 
 
+@pytest.mark.guarded
 @pytest.mark.parametrize(
     "kind", ["(2,", "f8,(3", "O", "V8", "<f16", "{'a': 1}", 8, None, ["a"]]
 )
@@ -391,6 +396,7 @@ def test_options_that_a_format_needs_are_named(tmp_path, whole):
         save(whole, tmp_path / "set.nc", trial=3)
 
 
+@pytest.mark.guarded
 @pytest.mark.parametrize("suffix", [".nc", ".mat"])
 def test_a_file_of_ones_own_may_skip_the_guard(tmp_path, whole, suffix, monkeypatch):
     save(whole, tmp_path / f"set{suffix}")

@@ -80,6 +80,7 @@ def test_the_timestep_follows_every_preset(name):
     assert _choose_timestep(antenna, speed, "chain", 0.02) == 0.02
 
 
+@pytest.mark.long
 def test_the_paper_s_order_is_that_of_the_nearest_posture():
     names = ("exponential", "linear", "uniform")
     r2 = [map_distance(approach(cockroach(name), NEAREST)).r2 for name in names]
@@ -113,6 +114,7 @@ def test_a_body_that_passed_has_come_past_the_turn(size):
     assert not seen.collided and seen.body[-1, 1] > 1.5 * course.lengths[0]
 
 
+@pytest.mark.long
 def test_an_antenna_without_a_map_is_a_result_with_its_reason(tmp_path):
     said = run("follow", "uniform", "--out", "o", cwd=tmp_path).stdout
     assert "no map to steer by" in said and "at its base" in said and "--oracle" in said
