@@ -258,11 +258,9 @@ def test_of_the_finished_restarts_nothing_changes_and_the_others_stop_early(touc
     for many in (4, 9, None):
         fitted.set_params(n_finished=many).fit(touches)
         np.testing.assert_array_equal(fitted.components_, whole.components_)
-    for wrong in ({"n_finished": 0}, {"inner_steps": 2.5}):
-        with pytest.raises(
-            InvalidInput, match=f"{[*wrong][0]} must be a whole number of at le"
-        ):
-            ConvolutiveNMF(3, 10, **wrong).fit(touches)
+    for name, wrong in (("n_finished", 0), ("inner_steps", 2.5)):
+        with pytest.raises(InvalidInput, match=f"{name} must be a whole number of at least 1"):
+            ConvolutiveNMF(3, 10).set_params(**{name: wrong}).fit(touches)
 
 
 def test_stream_reads_zarr_a_batch_at_a_time(touches, tmp_path):
