@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
 
-from feeler.decoding import Relative, sweeps
+from feeler.decoding import Relative
 from feeler.decoding.curves import (
     Group,
     PeakEncoder,
@@ -221,21 +221,3 @@ def test_rotated_sweep_agrees_with_the_plain_one():
     np.testing.assert_allclose(
         turned.kept_clean.mean(axis=1), plain.kept_clean.mean(axis=1), atol=0.06
     )
-
-
-def test_products_with_an_unseen_matrix_are_those_of_one_matrix():
-    """Linear from both sides, so equal to a matrix; its entries are normal."""
-    rng = np.random.default_rng(2)
-    noise = sweeps.UnseenNoise(4, 3, rng)
-    first = rng.normal(size=3)
-    product, back = noise.multiply(first), noise.multiply(np.eye(4)[1], transposed=True)
-    whole = np.stack([noise.multiply(one) for one in np.eye(3)], axis=1)
-    np.testing.assert_allclose(whole @ first, product, rtol=1e-9)
-    np.testing.assert_allclose(whole[1], back, rtol=1e-9)
-    drawn = []
-    for _ in range(3000):
-        noise = sweeps.UnseenNoise(4, 3, rng)
-        noise.multiply(first), noise.multiply(np.ones(4), transposed=True)
-        drawn.append([noise.multiply(one) for one in np.eye(3)])
-    cov = np.cov(np.reshape(drawn, (3000, 12)), rowvar=False)
-    np.testing.assert_allclose(cov, np.eye(12), atol=0.13)

@@ -45,11 +45,33 @@ def test_distinct_codes_are_told_apart_without_noise(estimator):
 
 
 def test_copies_that_do_not_fit_into_memory_are_refused_before_they_are_drawn(monkeypatch):
-    monkeypatch.setattr(sweeps, "find_free_memory", lambda: 16 * 2 * 6 * 4 * 300 - 1)
-    how = {"ratios": (0.1,), "estimator": make_lda(12), **FEW}
-    with pytest.raises(OutOfMemory, match=r"48 noisy copies need .* GiB.*noise='common'"):
-        compute_sweep(make_bumps(), list("abcdef"), **how)
-    compute_sweep(make_bumps(), list("abcdef"), noise="common", **how)
+    monkeypatch.setattr(sweeps, "find_free_memory", lambda: 16 * 2 * 6 * 8 * 300 - 1)
+    how = {"ratios": (0.1,), **FEW, "n_copies": 8}
+    with pytest.raises(OutOfMemory, match=r"96 noisy copies need .* GiB.*principal components"):
+        compute_sweep(make_bumps(), list("abcdef"), estimator=KNeighborsClassifier(3), **how)
+    monkeypatch.setattr(sweeps, "_MOST_BYTES", 1)
+    for estimator in (make_lda(12), make_svm(12)):
+        for noise in ("common", "relative"):
+            compute_sweep(make_bumps(), list("abcdef"), estimator=estimator, noise=noise, **how)
+
+
+@pytest.mark.parametrize("noise", ["relative", "relative:0.1,each=tensor", "mixed:0.1"])
+def test_copies_drawn_in_blocks_give_what_the_same_copies_give_drawn_whole(monkeypatch, noise):
+    rng = np.random.default_rng(0)
+    tensors = (rng.random((12, 6, 40)) + 6 * rng.random((6, 40))) * rng.random((12, 6, 1))
+    tensors[:, 2] = 0  # a silent sensor
+    labels = np.arange(12) % 6
+    held_out = tensors[:5] * 1.1, labels[:5]
+    how = {"ratios": (0.1, 0.3, 1.0), "rotate": False, "noise": noise, "held_out": held_out}
+    whole = compute_sweep(tensors, labels, **how)
+    monkeypatch.setattr(sweeps, "_MOST_BYTES", 1)
+    same = compute_sweep(tensors, labels, **how)
+    monkeypatch.setattr(sweeps, "_BLOCK", 1)
+    blocks = compute_sweep(tensors, labels, **how)
+    for name in ("noisy", "clean", "kept_noisy", "kept_clean"):
+        one, two, other = (getattr(sweep, name) for sweep in (whole, same, blocks))
+        np.testing.assert_allclose(two, one, atol=1e-6, err_msg=name)
+        np.testing.assert_allclose(other.mean(1), one.mean(1), atol=0.1, err_msg=name)
 
 
 def test_accuracy_falls_to_chance_as_noise_grows():

@@ -259,8 +259,8 @@ def test_of_the_finished_restarts_nothing_changes_and_the_others_stop_early(touc
         fitted.set_params(n_finished=many).fit(touches)
         np.testing.assert_array_equal(fitted.components_, whole.components_)
     for name, wrong in (("n_finished", 0), ("inner_steps", 2.5)):
-        with pytest.raises(InvalidInput, match=f"{name} must be a whole number of at le"):
-            ConvolutiveNMF(3, 10, **{name: wrong}).fit(touches)
+        with pytest.raises(InvalidInput, match=f"{name} must be a whole number of at least 1"):
+            ConvolutiveNMF(3, 10).set_params(**{name: wrong}).fit(touches)
 
 
 def test_stream_reads_zarr_a_batch_at_a_time(touches, tmp_path):

@@ -272,3 +272,18 @@ def test_dims_may_have_other_names_and_masks_follow_them(touches):
     assert model.inverse_transform(code).dims == ("epoch", "sensor", "time")
     with pytest.raises(InvalidInput, match=r"expand_dims\(\"trial\"\)"):
         make().fit(cells[0])
+
+
+def test_the_mean_of_rectified_noise_bounds_the_bases_and_can_be_subtracted():
+    """Against least-squares bases for the true activations: no fit can be expected to do better."""
+    bases, activations, tensors = make_sequences(20, 0.2, seed=9)
+    lagged = [np.pad(row, (lag, 0))[: row.size] for row in activations[0] for lag in range(12)]
+    solved = np.linalg.lstsq(np.transpose(lagged), tensors[0].T, rcond=None)[0]
+    oracle = np.maximum(solved.T, 0).reshape(-1, 3, 12).transpose(1, 0, 2)
+    known = match_components(bases, oracle)[1]
+    encoder = make(sparseness=0.825, n_restarts=6, keep="typical")
+    own = match_components(bases, encoder.fit(tensors).components_)[1]
+    np.testing.assert_allclose(own, known, atol=0.02)
+    assert known.max() < 0.98 and own.min() > 0.95
+    free = encoder.fit(np.maximum(tensors - 0.2 / np.sqrt(2 * np.pi), 0))
+    assert match_components(bases, free.components_)[1].min() >= 0.97

@@ -1,6 +1,7 @@
 """Accuracy against noise: trained on noisy copies, tested on others and on the originals."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations, count
@@ -8,7 +9,7 @@ from threading import Lock
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.linalg.blas import ssymm, ssyrk
 from sklearn.base import clone
 
 from feeler.analysis.indices import check_tensors
@@ -38,11 +39,13 @@ from feeler.validation import Seed, checked
 
 # Noisy copies in few coordinates, for methods that see only distances and angles.
 
-_PARALLEL = 1e-10  # relative length below which a vector holds nothing new
-_MORE = 256  # products for which memory is taken at once
-_UNSEEN_TOL = 1e-6  # of the components of copies that are not drawn
 _COPY = 16  # bytes for each number of a copy: as drawn, added to the tensor, centred
-_MOST_COPIES = 2000  # to learn, that are drawn: beyond, their Gram matrix costs more
+_MOST_BYTES = 2**30  # of copies that are drawn whole
+_POWERS, _MORE_AXES = (
+    8,
+    10,
+)  # of the covariance, and axes beside those asked for, to find these by
+_BLOCK = 2**23  # numbers of copies that are drawn at a time where they are not
 
 
 def draw_rotated(
@@ -87,90 +90,72 @@ def draw_rotated(
     return noise
 
 
-class UnseenNoise:
-    """A matrix of standard normals (row, column) of which only products with vectors are drawn.
-
-    A product with a new direction is normal too, but for its parts along what products from the
-    other side have shown already. So it has exactly the distribution of products with one matrix,
-    which is never held: a few hundred of them say what PCA finds in it.
-    """
-
-    def __init__(self, n_rows: int, n_columns: int, rng: np.random.Generator) -> None:
-        self._rng, lengths = rng, (n_columns, n_rows)
-        # orthonormal directions that were asked for, and their products, from either side
-        self._known = [
-            [np.zeros((0, a)), np.zeros((0, b))] for a, b in (lengths, lengths[::-1])
-        ]
-        self._counts = [0, 0]
-
-    def multiply(self, vector: np.ndarray, transposed: bool = False) -> np.ndarray:
-        """The matrix, or its transpose, times a vector."""
-        (asked, found), n = self._known[transposed], self._counts[transposed]
-        others, shown = (a[: self._counts[not transposed]] for a in self._known[not transposed])
-        share = asked[:n] @ vector
-        rest = vector - share @ asked[:n]
-        again = asked[:n] @ rest
-        rest, share = rest - again @ asked[:n], share + again
-        norm = np.linalg.norm(rest)
-        if norm <= _PARALLEL * np.linalg.norm(vector):
-            return share @ found[:n]
-        if n == len(asked):
-            asked, found = self._known[transposed] = [
-                np.concatenate([a, np.empty((_MORE, a.shape[1]))]) for a in (asked, found)
-            ]
-        asked[n] = rest / norm
-        fresh = self._rng.standard_normal(found.shape[1])
-        found[n] = fresh + (shown @ asked[n] - others @ fresh) @ others
-        self._counts[transposed] += 1
-        return share @ found[:n] + norm * found[n]
-
-
-def project_unseen(
+def project_streamed(
     clean: Sequence[np.ndarray],
     sd: Sequence[np.ndarray],
+    sizes: Sequence[float],
     n_copies: int,
-    n_entries: int,
     n_components: int,
-    rng: np.random.Generator,
-) -> tuple[list[np.ndarray], tuple[float, float]]:
-    """What :func:`feeler.decoding.classifiers.project` gives of noisy copies that are never drawn
-    whole.
+    seed: Any,
+) -> Iterator[tuple[list[np.ndarray], tuple[float, float]]]:
+    """What :func:`feeler.decoding.classifiers.project` gives of noisy copies that are drawn block
+    by block, in single precision, and never held.
+
+    PCA needs only the covariance of all copies. Its one part that is not a product of few rows is
+    that of the noise with itself, which is summed once for all sizes.
 
     Parameters
     ----------
     clean
-        Coordinates (trial, rank), from :func:`span`, of the trials to learn and of those to test.
+        Tensors (trial, sensor, time) to learn, less their mean, and those to test, less the same.
     sd
-        Of the noise of each of these trials (trial,).
+        Of the noise of size 1 of both, broadcastable to them.
+    sizes
+        By what the noise is multiplied, in turn.
+    seed
+        Of all copies.
     """
-    (train, test), n_rows = clean, n_copies * len(clean[0])
-    rank, each = train.shape[1], np.tile(sd[0], n_copies)
-    noise = UnseenNoise(n_rows, n_entries, rng)
+    train, test = (one.reshape(len(one), -1) for one in clean)
+    n_entries, n_rows = train.shape[1], n_copies * len(train)
+    square, summed = np.zeros((n_entries, n_entries), np.float32, order="F"), train.copy()
 
-    def multiply(vector: np.ndarray) -> np.ndarray:
-        return np.tile(train @ vector[:rank], n_copies) + each * noise.multiply(vector)
+    def draw(which: int, rng: np.random.Generator) -> Iterator[tuple[slice, np.ndarray]]:
+        step = 1 + _BLOCK // (n_copies * n_entries)
+        level = np.broadcast_to(sd[which], clean[which].shape)
+        for trials in (slice(a, a + step) for a in range(0, len(level), step)):
+            noise = rng.standard_normal((n_copies, *level[trials].shape), dtype=np.float32)
+            noise *= level[trials]
+            yield trials, noise.reshape(n_copies, -1, n_entries)
 
-    def square(vector: np.ndarray) -> np.ndarray:
-        column = multiply(np.ravel(vector))
-        column -= column.mean()
-        found = noise.multiply(each * column, transposed=True)
-        found[:rank] += train.T @ column.reshape(n_copies, -1).sum(axis=0)
-        return found
+    for trials, noise in draw(0, np.random.default_rng(seed)):
+        summed[trials] = noise.sum(axis=0)
+        square = ssyrk(1, noise.reshape(-1, n_entries).T, beta=1, c=square, overwrite_c=True)
+    mean = summed.sum(axis=0) / n_rows
 
-    k = min(n_components, n_rows - 1, n_entries - 1)
-    operator = LinearOperator((n_entries, n_entries), matvec=square, dtype=float)
-    start = rng.standard_normal(n_entries)
-    energy, axes = eigsh(operator, k, ncv=3 * k, tol=_UNSEEN_TOL, v0=start)
-    axes = axes[:, energy > _UNSEEN_TOL**2 * energy.max()]
-    learned = np.stack([multiply(axis) for axis in axes.T], axis=1)
-    mean = learned.mean(axis=0)
-    originals = test @ axes[:rank] - mean
-    drawn = rng.standard_normal((n_copies, *originals.shape)) * sd[1][:, None]
-    apart = train - train.mean(axis=0)
-    # of the noise its expectation, from which 10⁹ numbers differ by less than 10⁻⁴
-    total = n_copies * (np.vdot(apart, apart) + n_entries * np.vdot(sd[0], sd[0]))
-    shares = float(energy.sum() / total), share_kept(test, axes[:rank].T)
-    return [learned - mean, (originals + drawn).reshape(-1, len(mean)), originals], shares
+    def multiply(axes: np.ndarray, size: np.float32) -> np.ndarray:
+        seen, shaken = train @ axes, size * (summed @ axes)
+        alone = ssymm(1, square, axes) - n_rows * np.outer(mean, mean @ axes)
+        return train.T @ (n_copies * seen + shaken) + size * (summed.T @ seen + size * alone)
+
+    k, rng = min(n_components, n_rows - 1, n_entries - 1), np.random.default_rng(seed)
+    start = np.random.default_rng(0).standard_normal((n_entries, k + _MORE_AXES), np.float32)
+    for size in np.asarray(sizes, np.float32):
+        basis = multiply(start, size)
+        for _ in range(_POWERS):
+            more = multiply(basis[:, -k - _MORE_AXES :], size)
+            basis = np.linalg.qr(np.concatenate([basis, more], axis=1))[0]
+        energy, turn = np.linalg.eigh(basis.T @ multiply(basis, size))
+        kept = np.flatnonzero(energy > np.finfo(np.float32).eps * energy[-1])[-k:]
+        axes, rng, sets = basis @ turn[:, kept], np.random.default_rng(seed), []
+        for which, flat in enumerate((train, test)):
+            originals = (flat @ axes - size * (mean @ axes)).astype(float)
+            sets.append(np.tile(originals, (n_copies, 1, 1)))
+            for trials, noise in draw(which, rng):
+                sets[which][:, trials] += size * (noise @ axes)
+        alone = np.trace(square) - n_rows * np.vdot(mean, mean)
+        total = n_copies * np.vdot(train, train) + 2 * size * np.vdot(train, summed)
+        shares = float(energy[kept].sum() / (total + size**2 * alone)), share_kept(test, axes.T)
+        yield [*(np.concatenate(one) for one in sets), originals], shares
 
 
 def span(clean: np.ndarray) -> np.ndarray:
@@ -373,8 +358,8 @@ def compute_sweep(
     random_state
         Seed; equal seeds give equal sweeps.
     n_jobs
-        Threads; None: all cores, but one with ``encode``, which is called in a fixed order. Never
-        changes the numbers.
+        Threads; None: all cores, but one with ``encode``, which is called in a fixed order, and
+        where copies are too many to be held. Never changes the numbers.
     progress
         Called with what is done and how much there is; None: a bar that appears after 5 s.
 
@@ -415,27 +400,30 @@ def compute_sweep(
         for ratio in ratios
     ]
     copies = _Copies(sets[0], sets[2], n_copies, rotate)
-    n_components = 0 if encode else _find_lda(classifier)
-    many = n_components and rotate and n_copies * len(sets[0]) > _MOST_COPIES
-    draw: Any = partial(copies.project, n_components) if many else copies.draw
+    begins, is_lda = _begins_with_components(classifier), _is_lda(classifier)
+    many = begins and encode is None and noise.is_gaussian and copies.are_many
+    draw: Any = partial(copies.project, classifier[0].n_components) if many else copies.draw
 
     def ask(noise: Noise, drawn: Any) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
-        if n_components:
-            projected, kept = drawn if many else project(drawn, n_components)
-            classify = fit_lda(projected[0], np.tile(own, n_copies))
-            return classify(projected[1]), classify(projected[2]), kept
-        model = clone(classifier)
-        train, test, originals = (_encode(codes, encode) for codes in drawn)
+        kept = np.nan, np.nan
+        if encode is not None:
+            drawn = [np.asarray(encode(codes)) for codes in drawn]
+        if begins:
+            drawn, kept = drawn if many else project(drawn, classifier[0].n_components)
+        if is_lda:
+            classify = fit_lda(drawn[0], np.tile(own, n_copies))
+            return classify(drawn[1]), classify(drawn[2]), kept
+        model = clone(classifier[1:] if begins else classifier)
         if told:
             model.set_params(noise=noise)
-            model.fit(_encode(sets[0], encode), sets[1])
+            model.fit(sets[0] if encode is None else np.asarray(encode(sets[0])), sets[1])
         else:
-            model.fit(_shape(train, model), np.tile(sets[1], n_copies))
+            model.fit(_shape(drawn[0], model), np.tile(sets[1], n_copies))
         found, right = (
             np.array([place.get(one, -1) for one in model.predict(_shape(codes, model))])
-            for codes in (test, originals)
+            for codes in drawn[1:]
         )
-        return found, right, _measure_kept(model, originals)
+        return found, right, kept
 
     def run(r: int, seed: np.random.SeedSequence) -> None:
         for k, drawn in enumerate(draw(noises, seed)):
@@ -448,11 +436,12 @@ def compute_sweep(
             kept_noisy[k, r], kept_clean[k, r] = kept
             advance(next(done), len(noises) * n_repeats)
 
-    n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
+    alone = encode is not None or many
+    n_threads = 1 if alone else min(n_jobs or count_cores(), n_repeats)
     # one repeat per thread: the matrices are too small for threads inside BLAS to pay
     seeds, done = np.random.SeedSequence(random_state).spawn(n_repeats), count(1)
     with (
-        hold_blas(),
+        nullcontext() if many else hold_blas(),
         show_progress(progress, "noise and repeats") as advance,
         ThreadExecutor(n_threads) as pool,
     ):
@@ -499,9 +488,14 @@ class _Copies:
         self, train: np.ndarray, test: np.ndarray, n_copies: int, rotate: bool
     ) -> None:
         self._given, self._n_copies, self._rotate = (train, test), n_copies, rotate
-        self._clean = self._given
-        if rotate:
-            every = train if test is train else np.concatenate([train, test])
+        self._clean, self._n_drawn = self._given, n_copies * (len(train) + len(test))
+        every = train if test is train else np.concatenate([train, test])
+        n_entries, n_most = train[0].size, len(every) + n_copies * len(train)
+        self._n_bytes = (
+            _COPY * self._n_drawn * (min(n_entries, n_most) if rotate else n_entries)
+        )
+        self.are_many = self._n_bytes > max(_MOST_BYTES, 4 * n_entries**2)
+        if rotate and not self.are_many:
             turned = span(every.reshape(len(every), -1))
             self._clean = turned[: len(train)], turned[-len(test) :]
 
@@ -516,33 +510,41 @@ class _Copies:
                 yield train, test, self._given[1]
             return
         rng, clean = np.random.default_rng(seed), self._clean
-        lengths = [self._n_copies * len(one) for one in clean]
-        bytes_needed = _COPY * sum(lengths) * clean[0][0].size
-        if bytes_needed > find_free_memory():
+        n_drawn, n_learned = self._n_drawn, self._n_copies * len(clean[0])
+        if self._n_bytes > find_free_memory():
             raise OutOfMemory(
-                f"{sum(lengths):,} noisy copies need {bytes_needed / 2**30:.3g} GiB, which is more"
-                " than there is. Noise that is equally strong over each touch (noise='common') is"
-                " not drawn whole; or give fewer touches or n_copies."
+                f"{n_drawn:,} noisy copies need {self._n_bytes / 2**30:.3g} GiB, which is more than"
+                " there is. A classifier that begins with principal components, as 'lda' does,"
+                " needs no copies at once; or give fewer touches or n_copies."
             )
         if self._rotate:
             rank, n_entries = clean[0].shape[1], self._given[0][0].size
-            drawn = draw_rotated(rank, n_entries, sum(lengths), rng, lengths[0])
+            drawn = draw_rotated(rank, n_entries, n_drawn, rng, n_learned)
             more = ((0, 0), (0, drawn.shape[1] - rank))
             clean = np.pad(clean[0], more), np.pad(clean[1], more)
         else:
-            drawn = rng.standard_normal((sum(lengths), *clean[0].shape[1:]), dtype=np.float32)
-        parts = np.split(drawn, lengths[:1])
+            drawn = rng.standard_normal((n_drawn, *clean[0].shape[1:]), dtype=np.float32)
+        parts = np.split(drawn, [n_learned])
         for noise in noises:
             yield *map(self._add, parts, clean, self._given, [noise] * 2), clean[1]
 
     def project(
         self, n_components: int, noises: Sequence[Noise], seed: Any
     ) -> Iterator[tuple[list[np.ndarray], tuple[float, float]]]:
-        """Rotated copies of each noise in principal components, where they are too many to draw."""
-        rng, n_entries = np.random.default_rng(seed), self._given[0][0].size
-        for noise in noises:
-            sd = [np.broadcast_to(noise.sd(a).ravel(), len(a)) for a in self._given]
-            yield project_unseen(self._clean, sd, self._n_copies, n_entries, n_components, rng)
+        """Copies of each noise in principal components, where they are too many to draw."""
+        (train, test), n_copies, unit = self._given, self._n_copies, noises[-1]
+        clean = [np.subtract(train, train.mean(axis=0), dtype=np.float32)]
+        clean += (
+            clean
+            if test is train
+            else [np.subtract(test, train.mean(axis=0), dtype=np.float32)]
+        )
+        level = unit.sd(train) / unit.size
+        same = all(np.allclose(one.sd(train), one.size * level, atol=0) for one in noises)
+        for several in [noises] if same else [[one] for one in noises]:
+            sd = [several[-1].sd(one) / several[-1].size for one in self._given]
+            sizes = [one.size for one in several]
+            yield from project_streamed(clean, sd, sizes, n_copies, n_components, seed)
 
     def _add(
         self, drawn: np.ndarray, clean: np.ndarray, given: np.ndarray, noise: Noise
@@ -552,10 +554,6 @@ class _Copies:
         copies = np.multiply(each, sd[..., 0] if self._rotate else sd, dtype=float)
         copies += clean
         return copies.reshape(drawn.shape)
-
-
-def _encode(codes: np.ndarray, encode: _Encode | None) -> np.ndarray:
-    return codes if encode is None else np.asarray(encode(codes))
 
 
 def _shape(codes: np.ndarray, model: Any) -> np.ndarray:
@@ -568,24 +566,15 @@ def _begins_with_components(classifier: Any) -> bool:
     return hasattr(classifier, "steps") and isinstance(classifier[0], PrincipalComponents)
 
 
-def _find_lda(classifier: Any) -> int:
-    """The number of components if the classifier is what ``make_lda`` gives, else 0."""
-    plain = _begins_with_components(classifier) and len(classifier) == 2
+def _is_lda(classifier: Any) -> bool:
+    """Whether a classifier is what ``make_lda`` gives, with any number of components."""
     lda = make_lda()[-1]
-    same = (
-        plain
+    return (
+        _begins_with_components(classifier)
+        and len(classifier) == 2
         and type(classifier[1]) is type(lda)
         and classifier[1].get_params() == lda.get_params()
     )
-    return classifier[0].n_components if same else 0
-
-
-def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:
-    """Variance kept by the pipeline's principal components, if it begins with them."""
-    if not _begins_with_components(model):
-        return np.nan, np.nan
-    first, flat = model[0], originals.reshape(len(originals), -1)
-    return float(first.explained_variance_ratio_.sum()), share_kept(flat, first.components_)
 
 
 # Harder splits than copies of the same tensor: unseen sizes, shifted places, other speeds.

@@ -152,7 +152,8 @@ class Relative(Noise, kw_only=False):
     def sd(self, tensors: np.ndarray) -> np.ndarray:
         """The share of each greatest magnitude."""
         axes = tuple(range(1, np.ndim(tensors))) if self.each == "tensor" else -1
-        return self.size * np.abs(tensors).max(axis=axes, keepdims=True)
+        most, least = (each(axis=axes, keepdims=True) for each in (tensors.max, tensors.min))
+        return self.size * np.maximum(most, -least)
 
 
 @NOISES.register("common")
