@@ -50,7 +50,7 @@ SEARCH_COLUMNS: dict[str, Callable[[str], Any]] = {
 simulated; processor time [s]; least error and its median symmetric accuracy."""
 
 
-def compute(
+def calibrate(
     effort: Scale,
     *,
     antenna: Antenna | None = None,

@@ -32,8 +32,7 @@ from feeler.presets import FACTS, cockroach
 from feeler.report import Section
 from feeler.tensors.transforms import in_unit
 from paper.cache import keep
-from paper.calibration_report import PAPER_ERROR, PAPER_P
-from paper.calibration_report import compute as calibrate
+from paper.calibration_report import PAPER_ERROR, PAPER_P, calibrate
 from paper.context import Context
 
 # Fig. 2A, C: the antenna, its profiles, and where its numbers come from.
@@ -385,7 +384,7 @@ def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
 
 
 def compute_fit(context: Context) -> SimpleNamespace:
-    """What :func:`paper.calibration_report.compute` finds, with ``rows``."""
+    """What :func:`paper.calibration_report.calibrate` finds, with ``rows``."""
     found = keep(
         "calibration",
         calibrate,

@@ -753,7 +753,7 @@ def _describe_main(
 ) -> str:
     words = [f"The main reading {_ANSWER[main.agrees]}: {_say_values(sentence, main)}"]
     if np.isfinite(main.share):
-        words[0] += f" (in {main.share:.0%} of draws of the starts)"
+        words[0] += f" (in {main.share:.0%} of draws of {main.n} starts each)"
     if not main.defined:
         words = ["Under the main reading the numbers are undefined"]
     if main.identical and main.agrees:

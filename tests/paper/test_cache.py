@@ -1,7 +1,9 @@
 """Results are found again by what they are made of, and by nothing else."""
 
 import re
+import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import joblib
 import numpy as np
@@ -126,6 +128,23 @@ def test_a_run_lists_what_was_computed_and_what_was_not(double, tmp_path):
     assert found["result"].tolist() == ["section", "double", "double"]
     again.kept = ""
     assert list_sources([again])["source"].tolist() == ["cache"]
+
+
+def test_a_figure_shows_what_it_computed_and_its_rows_become_values(tmp_path, monkeypatch):
+    def fail(data, section):
+        raise AssertionError("there is nothing to show")
+
+    figure = SimpleNamespace(
+        compute=lambda context: SimpleNamespace(rows={"seeds.n": context.seed}),
+        show=lambda data, section: section.text(f"{data.rows['seeds.n']}"),
+        compute_part=lambda context: None,
+        show_part=fail,
+    )
+    monkeypatch.setitem(sys.modules, "paper.fig0", figure)
+    section = Section(name="antenna", title="t", folder=tmp_path)
+    stage = Stage(name="antenna", title="t", figures=("fig0:part", "fig0"))
+    stage.show(Context(seed=3), section)
+    assert section.values == {"seeds.n": 3} and section.blocks[0]["text"] == "3"
 
 
 def make_stage(make):

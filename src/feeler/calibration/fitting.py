@@ -339,8 +339,8 @@ def compute_profiles(
     """Profile of the error: one parameter held at a value, the others refitted, ``span`` typical
     changes to either side of ``p``.
 
-    Going outwards each refit starts from its neighbour's result; ``refits`` bounds its trust-region
-    steps.
+    The middle place holds ``p``'s own value; going outwards each refit starts from its neighbour's
+    result. ``refits`` bounds its trust-region steps.
 
     Returns
     -------
@@ -357,11 +357,12 @@ def compute_profiles(
     offsets = np.linspace(-span, span, n_places)
     xs, errors = np.empty((n, n_places, n)), np.empty((n, n_places))
     for k in range(n):
+        middle = _refit(problem, best, k, refits)  # the least error there, too, if p is not it
         for side in (range(n_places // 2, n_places), range(n_places // 2, -1, -1)):
-            x = best.copy()
+            x = middle.copy()
             for place in side:
                 x[k] = best[k] + offsets[place] * problem.hinges.scale[k]
-                x = _refit(problem, x, k, refits) if place != n_places // 2 else best.copy()
+                x = _refit(problem, x, k, refits) if place != n_places // 2 else x
                 xs[k, place], errors[k, place] = x, problem.compute_error(x)
     parameters = problem.hinges.to_p(xs)
     value = np.stack([parameters[k, :, k] for k in range(n)])
