@@ -196,7 +196,7 @@ def _find_exchanged(one: np.ndarray, other: np.ndarray, length: float) -> np.nda
 
     event = compare(pair[:, :-1], pair[:, 1:]) | compare(onward, pair[:, 1:])
     state = np.zeros(seen.size, dtype=bool)
-    for k in np.flatnonzero(event):  # the names before it as they were found to be
+    for k in map(int, np.flatnonzero(event)):  # the names before it as they were found to be
         now, was = (pair[:: -1 if state[row] else 1, row] for row in (k, max(k - 1, 0)))
         after = pair[:: -1 if state[k] else 1, k + 1]
         moved = (now - was) * gap[k] / gap[k - 1] if k and gap[k] <= _NEAR else 0 * now
