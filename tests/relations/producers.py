@@ -4,17 +4,16 @@ import inspect
 import io
 import json
 import pickle
-import pkgutil
 import sys
 import tempfile
 import time
-from functools import cache
-from importlib import import_module
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
@@ -22,27 +21,16 @@ from sklearn.base import clone
 
 import feeler
 import feeler.robot
-from feeler import analysis as dispersion
-from feeler import analysis as information
-from feeler import decoding, encoding, plotting, spikes, tensors
+from feeler import analysis, decoding, encoding, plotting, spikes, tensors
+from feeler.calibration.problem import Protocol
+from feeler.plotting.antennas import describe_turnable
+from feeler.robot.stream import read_samples
 from feeler.studio import Session
 from tests.cli._command import run
-from tests.relations import worlds
 from tests.relations.changes import build
 from tests.relations.relation import Answer, Producer, flatten, read_json
-from tests.relations.worlds import learn_robot
+from tests.relations.worlds import World, learn_robot, make_touches
 from tests.studio._messages import unpack
-
-
-@cache
-def find(package: str, name: str) -> Any:
-    """A documented name that its package does not hand on itself, wherever it stands there."""
-    home = import_module(package)
-    for found in pkgutil.iter_modules(home.__path__, f"{package}."):
-        module = import_module(found.name)
-        if hasattr(module, name):
-            return getattr(module, name)
-    raise AssertionError(f"{package} has no {name}")
 
 
 def label(values: Any, *dims: str) -> xr.DataArray:
@@ -53,7 +41,7 @@ def label(values: Any, *dims: str) -> xr.DataArray:
 
 
 @cache
-def touch(world: worlds.Scene) -> xr.Dataset:
+def touch(world: World) -> xr.Dataset:
     """All quantities of a scene, as far as its engine knows them."""
     more = [name for name, q in tensors.QUANTITIES.items() if q.make]
     return feeler.touch(world.antenna, list(world.trials), save=more, **world.options)
@@ -79,29 +67,22 @@ def draw_picture(dataset: xr.Dataset) -> Answer:
     return {"picture": label(rows, "trial", "shown")}
 
 
-def draw_turnable(world: worlds.Scene) -> Answer:
+def draw_turnable(world: World) -> Answer:
     """The view that is turned by hand, at the times that two samplings share."""
-    describe = find("feeler.plotting", "describe_turnable")
     dataset = feeler.touch(world.antenna, [world.trials[0]], all_hinges=True, **world.options)
-    found = describe(world.antenna, world.trials[0], dataset)
+    found = describe_turnable(world.antenna, world.trials[0], dataset)
     return {name: label(found[name], "frame", *"ab"[: np.ndim(found[name]) - 1])
             for name in ("time", "points", "shift")}  # fmt: skip
 
 
-def ask_touch(world: worlds.Scene) -> Answer:
+def ask_touch(world: World) -> Answer:
     """``feeler touch --json`` for the first touch; a peak may carry its side's sign."""
     trial = world.trials[0]
-    words = [
-        "--feature",
-        trial.feature.kind,
-        "--size",
-        trial.feature.radius,
-        "--antenna",
-        "it.toml",
-    ]
+    words = ["--feature", trial.feature.kind, "--size", trial.feature.radius]
+    words += ["--antenna", "it.toml", "--duration", world.options["duration"]]
     for name in ("location", "speed", "approach", "side", "friction"):
         words += [f"--{name}", getattr(trial, name)]
-    words += ["--duration", world.options["duration"], "--no-movie", "--json"]
+    words += ["--no-movie", "--json"]
     with tempfile.TemporaryDirectory() as folder:
         feeler.save_antenna(world.antenna, Path(folder, "it.toml"))
         said = read_json(run("touch", *map(str, words), cwd=folder))
@@ -112,23 +93,20 @@ def ask_touch(world: worlds.Scene) -> Answer:
 
 GIVEN = {"objects", "names"}  # what a simulation was made of
 SHOWS = [
-    n
-    for n, p in inspect.getmembers(feeler.Simulation)
-    if isinstance(p, property) and n not in GIVEN
+    name
+    for name, item in inspect.getmembers(feeler.Simulation)
+    if isinstance(item, property) and name not in GIVEN
 ]
 BY_OBJECT = ("place", "forward", "force", "work.objects")
 
 
 @cache
-def drive(world: worlds.Hand) -> feeler.Simulation:
+def drive(world: World) -> feeler.Simulation:
     simulation = build(world)
-    if world.drive is not None:
-        return world.drive(simulation)
-    simulation.step(24.0)
-    return simulation
+    return world.drive(simulation) or simulation
 
 
-def read_shown(world: worlds.Hand) -> Answer:
+def read_shown(world: World) -> Answer:
     """Every property of a simulation, and its fields where it has some."""
     simulation, found = drive(world), {}
     for name in SHOWS:
@@ -152,14 +130,14 @@ def read_shown(world: worlds.Hand) -> Answer:
 FEW = {"cnn": {"max_epochs": 2, "device": "cpu"}, "stream": {"window": 40, "max_lag": 3}}
 
 
-def measure_index(name: str, world: worlds.Touches) -> Answer:
-    index, scaled = dispersion.INDICES[name], (world.ask / abs(world.clean).max()).values
+def measure_index(name: str, world: World) -> Answer:
+    index, scaled = analysis.INDICES[name], (world.ask / abs(world.clean).max()).values
     more = {"data_range": (-1.5, 1.5)} if index.needs_range else {}
     every = slice(0, len(scaled))
     return {name: label(index.make(scaled, **more)(every, every), "trial", "other trial")}
 
 
-def ask_classifier(name: str, world: worlds.Touches) -> Answer:
+def ask_classifier(name: str, world: World) -> Answer:
     """What a classifier says of touches, one by one, from tensors with noise that it knows."""
     make = decoding.CLASSIFIERS[name]
     known = FEW.get(name, {})
@@ -168,27 +146,25 @@ def ask_classifier(name: str, world: worlds.Touches) -> Answer:
     return decide(classifier, world.clean if told else world.learn, world)
 
 
-def decide(classifier: Any, learn: xr.DataArray, world: worlds.Touches) -> Answer:
+def decide(classifier: Any, learn: xr.DataArray, world: World) -> Answer:
     classifier.fit(learn.values, learn["label"].values.tolist())
     return {"probability": label(classifier.predict_proba(world.ask.values), "trial", "class")}
 
 
 @cache
 def fit_encoder(sparseness: float | None = 0.7) -> encoding.ConvolutiveNMF:
-    from tests.relations.worlds import make_touches
-
     how = {"n_lags": 10, "n_restarts": 1, "max_iter": 15, "random_state": 0, "warn": False}
     encoder = encoding.ConvolutiveNMF(3, sparseness=sparseness, **how)
     return encoder.fit(tensors.rectify(make_touches().clean).values)
 
 
-def encode_touches(code: str, world: worlds.Touches) -> Answer:
+def encode_touches(code: str, world: World) -> Answer:
     found = fit_encoder().transform(abs(world.ask).values, code=code)
     scale = float(abs(world.clean).max())
     return {code: label(found / scale, "trial", "component", "time")}
 
 
-def describe_noise(name: str, world: worlds.Touches) -> Answer:
+def describe_noise(name: str, world: World) -> Answer:
     """The level of a noise over the greatest magnitude of all touches."""
     model = decoding.NOISES[name]
     noise = model(size=0.1 if model.is_share and name != "common" else world.noise)
@@ -196,41 +172,30 @@ def describe_noise(name: str, world: worlds.Touches) -> Answer:
     return {name: label(level / np.abs(world.clean.values).max(), "trial", "sensor", "time")}
 
 
-def _clean(measure: Any) -> Any:
-    return lambda world: measure(world.clean.values, world.noise)
-
-
+PAIRS = ("trial", "other trial")
 MEASURES = {
-    "compute_information": _clean(lambda x, sd: vars(information.compute_information(x, sd))),
-    "compute_information_known_noise": _clean(
-        lambda x, sd: vars(
-            information.compute_information_known_noise(x, np.full((len(x), 1, 1), sd))
-        )
+    "compute_information": lambda x, sd: vars(analysis.compute_information(x, sd)),
+    "compute_information_known_noise": lambda x, sd: vars(
+        analysis.compute_information_known_noise(x, np.full((len(x), 1, 1), sd))
     ),
-    "find_noise": _clean(lambda x, sd: np.array(information.find_noise(x)) / sd),
-    "find_told": _clean(lambda x, sd: information.find_told(x, np.full((len(x), 1, 1), sd))),
-    "compute_energy": _clean(
-        lambda x, sd: label(information.compute_energy(x / sd), "trial", "other trial")
+    "find_noise": lambda x, sd: np.array(analysis.find_noise(x)) / sd,
+    "find_told": lambda x, sd: analysis.find_told(x, np.full((len(x), 1, 1), sd)),
+    "compute_energy": lambda x, sd: label(analysis.compute_energy(x / sd), *PAIRS),
+    "compute_energies": lambda x, sd: label(
+        analysis.compute_energies(x / sd, [20, 60]), "end", *PAIRS
     ),
-    "compute_energies": _clean(
-        lambda x, sd: label(
-            information.compute_energies(x / sd, [20, 60]), "end", "trial", "other trial"
-        )
-    ),
-    "compute_fisher": _clean(lambda x, sd: information.compute_fisher(x[:3], sd)),
-    "scale_peaks": _clean(
-        lambda x, sd: label(information.scale_peaks(x), "trial", "sensor", "time")
-    ),
+    "compute_fisher": lambda x, sd: analysis.compute_fisher(x[:3], sd),
+    "scale_peaks": lambda x, sd: label(analysis.scale_peaks(x), "trial", "sensor", "time"),
 }
 """Information measures; none has a registry, so that what is new is asked for by name."""
 
 
-def measure(name: str, world: worlds.Touches) -> Answer:
-    found = MEASURES[name](world)
+def measure(name: str, world: World) -> Answer:
+    found = MEASURES[name](world.clean.values, world.noise)
     return dict(found) if isinstance(found, dict) else {name: found}
 
 
-def ask_spikes(code: str, world: worlds.Trains) -> Answer:
+def ask_spikes(code: str, world: World) -> Answer:
     if code == "poisson":
         return decide(spikes.PoissonObserver(step=1.0, floor=0.1), world.clean, world)
     return decide(spikes.SpikeClassifier(code, width=5), world.learn, world)
@@ -239,7 +204,7 @@ def ask_spikes(code: str, world: worlds.Trains) -> Answer:
 # ---- Datasets ----------------------------------------------------------------------------------
 
 
-def group(world: worlds.Record) -> Answer:
+def group(world: World) -> Answer:
     """The encoders' input: groups of touches in one order, on one scale."""
     found = decoding.list_groups({"exponential": world.dataset})
     return {
@@ -247,14 +212,14 @@ def group(world: worlds.Record) -> Answer:
     }
 
 
-def answer_file(command: str, world: worlds.Record, *words: str) -> Answer:
+def answer_file(command: str, world: World, *words: str) -> Answer:
     with tempfile.TemporaryDirectory() as folder:
         feeler.save(world.dataset, Path(folder, "set.nc"))
         files = ["--touches"] * (command == "spikes") + ["set.nc"]
         return read_json(run(command, *files, *words, "--json", cwd=folder))
 
 
-def excite(world: worlds.Record) -> Answer:
+def excite(world: World) -> Answer:
     """Rates of sensilla on both sides together."""
     places = world.dataset["position"].values
     rates = spikes.place_sensilla(places, 5.0).encode(world.dataset)["rate"]
@@ -273,48 +238,46 @@ BASES = {
 }
 
 
-def compare_bases(name: str, world: worlds.Bases) -> Answer:
+def compare_bases(name: str, world: World) -> Answer:
     return {name: BASES[name](world.first.values, world.second.values)}
 
 
 # ---- films -------------------------------------------------------------------------------------
 
 
-def write_film(world: worlds.Film, path: Path, animals: int = 1) -> None:
-    """A film as a plain table, or as DeepLabCut writes the tracks of two animals."""
-    n = len(next(iter(world.columns.values())))
-    heads, values = [], []
+def write_film(world: World, path: Path) -> None:
+    """A film as a plain table, or as DeepLabCut writes the tracks of one animal or of two."""
+    n, table = len(world.columns["head"]), {}
     if world.clock != "option":
-        step = 1.0 if world.clock == "time_s" else 1000.0
-        heads, values = [world.clock], [np.arange(n) / world.rate * step]
-    if animals > 1 or world.form == "dlc":
-        rows = [["scorer"], ["individuals"], ["bodyparts"], ["coords"]]
-        values = [np.arange(n)]
-        for k in range(animals):
-            for name, xy in world.columns.items():
-                shown = np.nan_to_num(xy) if k == 0 else xy[::-1] + 40
-                seen = np.where(np.isnan(xy[:, 0]) & (k == 0), 0.1, 0.99)
-                for coord, column in zip("xyl", (*shown.T, seen), strict=True):
-                    cells = "net", f"a{k}", name, {"l": "likelihood"}.get(coord, coord)
-                    for row, cell in zip(rows, cells, strict=True):
-                        row.append(cell)
-                    values.append(column)
-        rows = rows if animals > 1 else [rows[0], *rows[2:]]
-        text = "\n".join(",".join(row) for row in rows)
-    else:
+        table[world.clock] = (
+            np.arange(n) / world.rate * (1 if world.clock == "time_s" else 1000)
+        )
+    if world.form == "plain":
+        table |= {
+            f"{k}_{c}": v
+            for k, xy in world.columns.items()
+            for c, v in zip("xy", xy.T, strict=True)
+        }
+        return pd.DataFrame(table).to_csv(path, index=False, float_format="%.10g")
+    for who in ("a0", "a1") if world.form == "two animals" else ("a0",):
         for name, xy in world.columns.items():
-            heads += [f"{name}_x", f"{name}_y"]
-            values += [*xy.T]
-        text = ",".join(heads)
-    table = "\n".join(",".join(f"{v:.10g}" for v in row) for row in np.array(values).T)
-    path.write_text(f"{text}\n{table.replace('nan', '')}\n")
+            lost = np.isnan(xy[:, 0]) & (who == "a0")
+            shown = np.nan_to_num(xy) if who == "a0" else xy[::-1] + 40
+            columns = (*shown.T, np.where(lost, 0.1, 0.99))
+            for coord, column in zip(("x", "y", "likelihood"), columns, strict=True):
+                table["net", who, name, coord] = column
+    found = pd.DataFrame(table)
+    found.columns.names = ["scorer", "individuals", "bodyparts", "coords"]
+    if world.form == "dlc":
+        found = found.droplevel("individuals", axis=1)
+    return found.to_csv(path, float_format="%.10g")
 
 
-def ask_tracks(world: worlds.Film) -> Answer:
+def ask_tracks(world: World) -> Answer:
     """``feeler tracks --json`` for a film, in the form that it has."""
     with tempfile.TemporaryDirectory() as folder:
         files, words = ["film.csv"], [*world.options]
-        write_film(world, Path(folder, "film.csv"), 2 if world.form == "two animals" else 1)
+        write_film(world, Path(folder, "film.csv"))
         if world.clock == "option":
             words += ["--frame-rate", str(world.rate)]
         if world.form == "two animals":
@@ -330,7 +293,7 @@ def ask_tracks(world: worlds.Film) -> Answer:
         return read_json(run("tracks", *files, *words, "--json", cwd=folder))
 
 
-def ask_release(world: worlds.Release) -> Answer:
+def ask_release(world: World) -> Answer:
     """``feeler calibrate --data --by targets --json``."""
     columns = dict(world.columns)
     time_ms = columns.pop("time")
@@ -354,7 +317,7 @@ def ask_release(world: worlds.Release) -> Answer:
     return {k: v for k, v in found.items() if isinstance(v, float) and "second" not in k}
 
 
-def ask_wall(world: worlds.Named) -> Answer:
+def ask_wall(world: World) -> Answer:
     words = ["--near", "10", "--far", "12", "--steps", "2", "--json"]
     with tempfile.TemporaryDirectory() as folder:
         return read_json(run("wall", *world.names, *words, cwd=folder))
@@ -363,10 +326,8 @@ def ask_wall(world: worlds.Named) -> Answer:
 # ---- encoders ----------------------------------------------------------------------------------
 
 
-def learn(world: worlds.Calls) -> Answer:
+def learn(world: World) -> Answer:
     """How well an encoder explains what it learned from, after calls in this order."""
-    from tests.relations.worlds import make_touches
-
     known = tensors.rectify(make_touches().clean).values
     encoder = clone(fit_encoder())
     for call in world.calls:
@@ -397,17 +358,16 @@ def learn(world: worlds.Calls) -> Answer:
 # ---- boards, animals, studio -------------------------------------------------------------------
 
 
-def listen(world: worlds.Lines) -> Answer:
+def listen(world: World) -> Answer:
     """Times and values of samples as they arrive."""
-    read = find("feeler.robot", "read_samples")
-    found = list(read([*world.before, *world.lines], world.n_sensors))[len(world.before) :]
+    found = list(read_samples([*world.before, *world.lines], 3))[len(world.before) :]
     return {
         "time": np.array([t for t, _ in found], float),
         "value": np.array([v for _, v in found]),
     }
 
 
-def ask_robot(command: str, world: worlds.Bent) -> Answer:
+def ask_robot(command: str, world: World) -> Answer:
     """``feeler robot classify --json``, and ``stream --json`` for one touch after the other."""
     decoder, classifier, _ = learn_robot()
     known = {
@@ -449,14 +409,14 @@ def write_touch(time: np.ndarray, values: np.ndarray, torn: bool) -> bytes:
     return ("\n".join(rows) + "\n").encode()
 
 
-def experiment(world: worlds.Animals) -> Answer:
+def experiment(world: World) -> Answer:
     """The quantities that calibration compares, of several antennas at once."""
     names = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
-    found = find("feeler.calibration", "Protocol")().measure_many(list(world.antennas), names)
+    found = Protocol().measure_many(list(world.antennas), names)
     return {"measured": label([item.values for item in found], "trial", "quantity")}
 
 
-def converse(world: worlds.Wish) -> Answer:
+def converse(world: World) -> Answer:
     """What the studio's page is told of a touch; with a study also what it is told it was."""
     heard: list = []
     session = Session(lambda data: heard.append(unpack(data)))
@@ -487,43 +447,38 @@ def converse(world: worlds.Wish) -> Answer:
     return found
 
 
-def bind(function: Any, name: str) -> Any:
-    return lambda world: function(name, world)
+def each(kind: str, make: Any, names: Any, words: str = "", **more: Any) -> list[Producer]:
+    """A producer for each name of a registry."""
+    return [Producer(words + name, kind, partial(make, name), **more) for name in names]
 
 
 PRODUCERS = [
-    Producer(name="quantities", of=worlds.Scene, make=lambda w: take_quantities(touch(w))),
-    Producer(name="plot_touch", of=worlds.Scene, make=lambda w: draw_picture(touch(w))),
-    Producer(name="turnable view", of=worlds.Scene, make=draw_turnable),
-    Producer(name="touch --json", of=worlds.Scene, make=ask_touch),
-    Producer(name="simulation", of=worlds.Hand, make=read_shown),
-    *(Producer(name=n, of=worlds.Touches, make=bind(measure_index, n)) for n in dispersion.INDICES),
-    *(Producer(name=f"classifier {n}", of=worlds.Touches, make=bind(ask_classifier, n),
-               long=n == "cnn", tolerance=1e-6 if n == "cnn" else 0.0)
-      for n in decoding.CLASSIFIERS),
-    *(Producer(name=f"code {n}", of=worlds.Touches, make=bind(encode_touches, n))
-      for n in ("sparse", "ridge")),
-    *(Producer(name=f"noise {n}", of=worlds.Touches, make=bind(describe_noise, n))
-      for n in decoding.NOISES),
-    *(Producer(name=n, of=worlds.Touches, make=bind(measure, n)) for n in MEASURES),
-    *(Producer(name=f"spikes {n}", of=worlds.Trains, make=bind(ask_spikes, n))
-      for n in ("poisson", *spikes.SPIKE_CODES)),
-    Producer(name="quantities", of=worlds.Record, make=lambda w: take_quantities(w.dataset)),
-    Producer(name="groups of an encoder", of=worlds.Record, make=group),
-    Producer(name="plot_touch", of=worlds.Record, make=lambda w: draw_picture(w.dataset)),
-    Producer(name="sensilla", of=worlds.Record, make=excite),
-    Producer(name="spikes --json", of=worlds.Record,
-             make=lambda w: answer_file("spikes", w, "--gain", "5")),
-    Producer(name="validate --json", of=worlds.Record, make=lambda w: answer_file("validate", w)),
-    *(Producer(name=n, of=worlds.Bases, make=bind(compare_bases, n)) for n in BASES),
-    Producer(name="tracks --json", of=worlds.Film, make=ask_tracks),
-    Producer(name="samples of a board", of=worlds.Lines, make=listen),
-    *(Producer(name=f"robot {n} --json", of=worlds.Bent, make=bind(ask_robot, n))
-      for n in ("classify", "stream")),
-    Producer(name="measured animals", of=worlds.Animals, make=experiment),
-    Producer(name="studio", of=worlds.Wish, make=converse),
-    Producer(name="encoder", of=worlds.Calls, make=learn),
-    Producer(name="wall --json", of=worlds.Named, make=ask_wall),
-    Producer(name="calibrate --json", of=worlds.Release, make=ask_release),
-]  # fmt: skip
+    Producer("quantities", "scene", lambda w: take_quantities(touch(w))),
+    Producer("plot_touch", "scene", lambda w: draw_picture(touch(w))),
+    Producer("turnable view", "scene", draw_turnable),
+    Producer("touch --json", "scene", ask_touch),
+    Producer("simulation", "hand", read_shown),
+    *each("touches", measure_index, analysis.INDICES),
+    *each("touches", ask_classifier, sorted({*decoding.CLASSIFIERS} - {"cnn"}), "classifier "),
+    *each("touches", ask_classifier, ["cnn"], "classifier ", tolerance=1e-6),
+    *each("touches", encode_touches, ("sparse", "ridge"), "code "),
+    *each("touches", describe_noise, decoding.NOISES, "noise "),
+    *each("touches", measure, MEASURES),
+    *each("trains", ask_spikes, ("poisson", *spikes.SPIKE_CODES), "spikes "),
+    Producer("quantities", "record", lambda w: take_quantities(w.dataset)),
+    Producer("groups of an encoder", "record", group),
+    Producer("plot_touch", "record", lambda w: draw_picture(w.dataset)),
+    Producer("sensilla", "record", excite),
+    Producer("spikes --json", "record", lambda w: answer_file("spikes", w, "--gain", "5")),
+    Producer("validate --json", "record", partial(answer_file, "validate")),
+    *each("bases", compare_bases, BASES),
+    Producer("tracks --json", "film", ask_tracks),
+    Producer("samples of a board", "lines", listen),
+    *each("bent", ask_robot, ("classify", "stream"), "robot "),
+    Producer("measured animals", "animals", experiment),
+    Producer("studio", "wish", converse),
+    Producer("encoder", "calls", learn),
+    Producer("wall --json", "named", ask_wall),
+    Producer("calibrate --json", "release", ask_release),
+]
 """One list: a new quantity, index, classifier, code or noise is in it as soon as it is known."""

@@ -22,48 +22,37 @@ def same(answer: Answer) -> Answer:
     return answer
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Change:
-    """One transformation of the worlds of a class.
+    """One transformation of the worlds of a kind.
 
-    Attributes
-    ----------
-    apply
-        The world as it is then.
-    expect
-        What becomes of the answer that the world had before.
-    look
-        The part of the new answer that is compared, as where something was added.
-    tolerance
-        Of numbers, as a share of the greatest.
-    refusal
-        What the message says, where the change is not to be answered at all.
-    or_refusal
-        What the message says, where the change may be refused in words, but not answered wrongly.
+    ``expect`` is what becomes of the answer that the world had before, ``look`` takes what is
+    compared from the new one, as where something was added, and ``part`` what is compared of both.
+    ``tolerance`` of numbers is a share of the greatest. ``refusal`` is what the message says where
+    the change is not to be answered, ``or_refusal`` where it may be refused in words.
     """
 
     name: str
-    of: type
+    of: str
     apply: Callable[[Any], Any]
     expect: Callable[[Answer], Answer] = same
     look: Callable[[Answer], Answer] = same
+    part: Callable[[Answer], Answer] = same
     tolerance: float = 1e-9
     refusal: str = ""
     or_refusal: str = ""
-    long: bool = False
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Producer:
     """One thing that users get numbers from; ``make`` gives its answer about a world, to a
     ``tolerance`` where it computes in single precision.
     """
 
     name: str
-    of: type
+    of: str
     make: Callable[[Any], Answer]
     tolerance: float = 0.0
-    long: bool = False
 
 
 def on_arrays(
@@ -112,17 +101,10 @@ def assert_same(found: Answer, wanted: Answer, tolerance: float) -> None:
 
 
 def read_json(result: Any) -> Answer:
-    """What a command said in JSON, line by line; its refusal as the library's."""
+    """What a command said in JSON, whole or line by line; its refusal as the library's."""
     if result.returncode:
         raise InvalidInput(result.stderr)
-    said = [json.loads(line) for line in _split(result.stdout)]
-    return flatten(said[0] if len(said) == 1 else said)
-
-
-def _split(text: str) -> list[str]:
-    """One JSON text, or one a line."""
     try:
-        json.loads(text)
+        return flatten(json.loads(result.stdout))
     except json.JSONDecodeError:
-        return text.splitlines()
-    return [text]
+        return flatten([json.loads(line) for line in result.stdout.splitlines()])

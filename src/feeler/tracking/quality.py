@@ -76,7 +76,7 @@ def _leave_out_errors(
 
     unmeasured, again = _find_unmeasured(place)
     leave_out(tuple(place), again, "frames that repeat the one before")
-    doubts = []
+    doubts: list[str] = []
     if again.mean() > _REPEATED:
         doubts.append(
             f"{again.mean():.0%} of the frames repeat the one before: film and file have different"
@@ -196,7 +196,7 @@ def _find_exchanged(one: np.ndarray, other: np.ndarray, length: float) -> np.nda
 
     event = compare(pair[:, :-1], pair[:, 1:]) | compare(onward, pair[:, 1:])
     state = np.zeros(seen.size, dtype=bool)
-    for k in np.flatnonzero(event):  # the names before it as they were found to be
+    for k in map(int, np.flatnonzero(event)):  # the names before it as they were found to be
         now, was = (pair[:: -1 if state[row] else 1, row] for row in (k, max(k - 1, 0)))
         after = pair[:: -1 if state[k] else 1, k + 1]
         moved = (now - was) * gap[k] / gap[k - 1] if k and gap[k] <= _NEAR else 0 * now
@@ -205,14 +205,15 @@ def _find_exchanged(one: np.ndarray, other: np.ndarray, length: float) -> np.nda
     return wrong
 
 
-def _find_unmeasured(place: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _find_unmeasured(place: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Whether each landmark's place (frame,) is the one before, or lies on a line at constant
-    speed, for so long that nothing was measured; of a frame that repeats the one before, at once.
+    speed, for so long that nothing was measured; and whether a frame repeats the one before.
 
-    Nothing is known of coordinates that are rounded to more than a tenth of their noise, unless
-    what stood still for long then jumps; nor of a landmark that is never measured otherwise.
+    Of coordinates that are rounded to more than a tenth of their noise only what stood still and
+    then jumps is known.
     """
-    found, repeated = {}, []
+    found: dict[str, np.ndarray] = {}
+    repeated: list[np.ndarray] = []
     for name, path in place.items():
         still, straight = np.zeros((2, len(path)), dtype=bool)
         step, bend = (np.abs(np.diff(path, n, axis=0)).max(axis=1) for n in (1, 2))
@@ -229,10 +230,11 @@ def _find_unmeasured(place: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             repeated.append(still)
             continue
         fast = 2 * np.percentile(step[step > least], 95)
-        for (run,) in find_objects(label(found[name])[0]):
-            into, out = step[max(run.start - 2, 0)], step[min(run.stop, len(path) - 1) - 1]
-            found[name][run] = np.fmax(into, out) > fast
-    return found, np.all(repeated, axis=0) & bool(repeated)
+        for (run,) in find_objects(label(found[name])[0]):  # into the run, and out of it
+            ends = step[[max(run.start - 2, 0), min(run.stop, len(path) - 1) - 1]]
+            found[name][run] = bool((ends > fast).any())
+    frames = len(next(iter(place.values())))
+    return found, np.all(repeated, axis=0) if repeated else np.zeros(frames, dtype=bool)
 
 
 def _find_jumps(place: np.ndarray, length: float, interval: float) -> np.ndarray:
