@@ -127,7 +127,10 @@ def make_result(results: Results, counts: dict[str, int]) -> str:
         lines += ["", f"**{one['asks']}** {results.fill(one['words'])}"]
         if one.get("table"):
             head, *rows = fill_front(results) or [[""]]
-            lines += ["", *(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows))]
+            lines += [
+                "",
+                *(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)),
+            ]
     told = ", ".join(f"{counts[word]} {word}" for word in WORDS if word in counts)
     lines += ["", f"**And the paper?** Of {sum(counts.values())} statements: {told}."]
     return "\n".join(lines) + "\n"
@@ -185,7 +188,9 @@ def main() -> None:
     times = json.loads(RESULTS.read_text())
     _write("docs/figures.md", MARKS, make_table(times, results))
     for page in RESULT_PAGES:
-        _write(page, RESULT_MARKS, make_result(results, times["published"]["verdicts"]["paper"]))
+        _write(
+            page, RESULT_MARKS, make_result(results, times["published"]["verdicts"]["paper"])
+        )
 
 
 def _write(page: str, marks: re.Pattern, made: str) -> None:

@@ -233,7 +233,9 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     movie = said.movie and _film(antenna, trial, everything, section)
     _draw(antenna, trial, everything, tensors, section, vector=said.vector)
     facts = _measure(tensors)
-    known = facts | {"penetration depth": (float(tensors["sink"].max()), "of the smaller radius")}
+    known = facts | {
+        "penetration depth": (float(tensors["sink"].max()), "of the smaller radius")
+    }
     for name in ("contact_time_constant", "timestep"):
         if name in tensors.attrs:
             known[name.replace("_", " ")] = tensors.attrs[name], "ms"
