@@ -190,7 +190,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
 
 def _plot_step(data: SimpleNamespace, ax) -> None:
     """Free response of the tip after the step."""
-    ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
+    ax.plot(data.step_time, data.step, color=PALETTE[1], label="this simulation")
     ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published: simulation, digitised")
     ax.plot(
         _STEP_ANIMALS_START,
@@ -216,10 +216,14 @@ def _plot_impulse(data: SimpleNamespace, ax) -> None:
         data.impulse_time,
         data.impulse,
         color=PALETTE[1],
-        label=f"feeler, lever {_LEVER:g} mm, {_LEVER_SPEED:g} m/s",
+        label=f"this simulation, lever {_LEVER:g} mm, {_LEVER_SPEED:g} m/s",
     )
     ax.plot(
-        data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s"
+        data.slow_time,
+        data.slow,
+        color=PALETTE[4],
+        ls="--",
+        label="this simulation, straight, 0.2 m/s",
     )
     ax.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
     ax.axhline(0.0, color="#888888", lw=0.6)
@@ -251,7 +255,7 @@ def _write_movie_s1(data: SimpleNamespace, path: Path) -> Path:
         )
         figure.colorbar(ScalarMappable(norm, "RdBu_r"), ax=left, label="curvature [1/mm]")
         right.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
-        (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
+        (trace,) = right.plot([], [], color=PALETTE[1], label="this simulation")
         right.set(xlim=(data.impulse_time[0], data.impulse_time[-1]), ylim=(-1.1, 0.3))
         right.set(
             xlabel="time from the largest deflection [ms]",

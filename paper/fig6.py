@@ -426,11 +426,15 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
     image = ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
     for row, label in enumerate(true):
-        ax.plot(classes.index(label), row, "s", mfc="none", mec=_SURROGATE, ms=9, mew=1.2)
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=_SURROGATE, ms=14, mew=1.2)
+    for row, column in zip(*counts.nonzero(), strict=True):
+        dark = counts[row, column] > counts.max() / 2
+        place = {"ha": "center", "va": "center", "fontsize": 7}
+        ax.text(column, row, str(counts[row, column]), color="w" if dark else "k", **place)
     names = [f"{feature} {place:g} L\n{speed:g} m/s" for feature, place, speed in classes]
     ax.set_xticks(range(len(classes)), names, rotation=90, fontsize=6.5)
     ax.set_yticks(range(len(true)), [f"{f} {s:g} m/s" for f, _, s in true])
-    ax.set(xlabel="predicted", ylabel="true, at the tip")
+    ax.set(xlabel="predicted", ylabel="true, at the tip", xlim=(-0.5, len(classes) - 0.5))
     if (figure := ax.get_figure(root=False)) is not None:
         figure.colorbar(image, ax=ax, label="contacts", pad=0.01)
     mark_panels(ax, "e")
@@ -577,7 +581,8 @@ def show_contacts(data: SimpleNamespace, section: Section) -> None:
     differences = {" ".join(map(str, label)): one for label, one in data.differences.items()}
     section.figure(
         "figS7_tensors",
-        "Six tip contacts: simulation above, surrogate robot below. (Fig. S7)",
+        "Six tip contacts, aligned on the tip's first peak: simulation above, surrogate robot below."
+        " In slow touches the peak is flat, and much of the difference is a shift. (Fig. S7)",
         lambda figure: plot_contacts(data, figure),
         height=3.4,
         numbers={"relative_difference": differences},

@@ -182,7 +182,9 @@ def show(data: SimpleNamespace, section: Section) -> None:
         " mean and 95 % confidence interval over the sets, chance dotted. Noise: the same on every"
         " antenna (above), or in proportion to each touch's own peak (below). Linear classifier:"
         " LDA on 30 principal components; the ideal observer knows every touch and the noise; the"
-        f" quadratic classifier learned {data.asked['train']} other draws of each class.",
+        f" quadratic classifier learned {data.asked['train']} other draws of each class."
+        " Exponential is the graded antenna; 'matched' is uniform in stiffness, as compliant in all"
+        " as that.",
         lambda figure: plot(data, figure),
         height=4.4,
         numbers=data.rows,

@@ -742,7 +742,9 @@ def _say_values(
         )
         for group, spread in zip(sentence.groups, reading.spreads, strict=True)
     )
-    return ", ".join(f"{group} {value}".strip() for group, value in shown)
+    unit = "" if sentence.unit == "share" else f" {sentence.unit}".rstrip()
+    alone = len(sentence.groups) == 1
+    return ", ".join(value if alone else f"{group} {value}" for group, value in shown) + unit
 
 
 _ANSWER = {True: "agrees", False: "does not agree", None: "leaves it open"}

@@ -254,6 +254,13 @@ class Judged:
         return ANOTHER if ours and not all(agrees) else self.verdict
 
 
+def _say_ours(words: str) -> str:
+    """The words of a verdict on the paper as they are said of a statement of ours."""
+    for verdict, own in _OURS.items():
+        words = words.replace(verdict, own)
+    return words
+
+
 def judge_statements(sections: Sequence[Section], context: Context) -> list[Judged]:
     """The verdict on every statement, also where a section is missing."""
     results = Results.collect(sections)
@@ -288,6 +295,8 @@ def judge(
         (known or {}).get(one.id) or judge_sentence(one, tabulate(read_values(one, results)))
         for one in sentences
     )
+    if statement.whose == "ours":
+        findings = tuple(replace(one, moves=_say_ours(one.moves)) for one in findings)
     shown = _show_values(statement.list_shown(), results)
     ours = "; ".join(one.ours for one in findings if one.ours != "–") or shown
     if statement.why or not is_cockroach:
