@@ -5,7 +5,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations, count
-from threading import Lock
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -35,7 +34,7 @@ from feeler.objects.trials import Trial
 from feeler.progress import Advance, show_progress
 from feeler.records import Ge, Gt, Len, Record, Shown
 from feeler.tensors.transforms import check_squares
-from feeler.validation import Seed, checked
+from feeler.validation import Count, Seed, checked
 
 # Noisy copies in few coordinates, for methods that see only distances and angles.
 
@@ -167,8 +166,6 @@ def span(clean: np.ndarray) -> np.ndarray:
 
 # How much to compute of accuracy against noise.
 
-_Count = Annotated[int, Ge(1)]
-
 
 class Plan(Record):
     """Ratios, repeats and copies of every noise sweep of a study.
@@ -205,18 +202,18 @@ class Plan(Record):
     """
 
     ratios: Annotated[tuple[Annotated[float, Ge(0)], ...], Len(1)]
-    n_repeats: _Count
-    control_repeats: _Count | None = None
-    n_copies: _Count = 10
-    other_copies: tuple[_Count, ...] = (3, 30)
+    n_repeats: Count
+    control_repeats: Count | None = None
+    n_copies: Count = 10
+    other_copies: tuple[Count, ...] = (3, 30)
     probe: Annotated[float, Gt(0)] = 0.2
-    other_repeats: _Count = 1
-    before_copies: _Count = 10
+    other_repeats: Count = 1
+    before_copies: Count = 10
     before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
-    n_restarts: _Count = 3
-    null_restarts: _Count = 3
-    null_iter: _Count = 100
+    n_restarts: Count = 3
+    null_restarts: Count = 3
+    null_iter: Count = 100
     twins: Literal["all", "ends", "none"] = "all"
 
 
@@ -310,8 +307,8 @@ def compute_sweep(
     labels: Labels,
     *,
     ratios: Sequence[float] = _RATIOS,
-    n_copies: int = N_COPIES,
-    n_repeats: int = _N_REPEATS,
+    n_copies: Count = N_COPIES,
+    n_repeats: Count = _N_REPEATS,
     estimator: Any = "lda",
     noise: str | Noise = "relative",
     encode: _Encode | None = None,
@@ -385,16 +382,10 @@ def compute_sweep(
             "rotate needs noise that is the same over a trial: Relative() or Common(), no encode,"
             " and a classifier that is not told the noise."
         )
-    if n_repeats < 1:
-        raise InvalidInput(f"n_repeats must be ≥ 1, got {n_repeats}.")
     rotate = even and _begins_with_components(classifier) if rotate is None else rotate
     classes = np.unique(sets[1])
     place = {name: number for number, name in enumerate(classes.tolist())}
     own, true = (np.array([place[name] for name in sets[k].tolist()]) for k in (1, 3))
-    shape = (len(ratios), n_repeats)
-    noisy, kept_noisy, kept_clean = (np.full(shape, np.nan) for _ in range(3))
-    hits = np.zeros((*shape, true.size), dtype=bool)
-    confusion, lock = np.zeros((len(ratios), classes.size, classes.size), np.int32), Lock()
     noises = [
         noise.replace(size=max(ratio, _LEAST_RATIO) if ratio >= 0 else ratio)
         for ratio in ratios
@@ -425,19 +416,14 @@ def compute_sweep(
         )
         return found, right, kept
 
-    def run(r: int, seed: np.random.SeedSequence) -> None:
-        for k, drawn in enumerate(draw(noises, seed)):
-            found, right, kept = ask(noises[k], drawn)
-            asked = np.tile(true, n_copies)
-            noisy[k, r], hits[k, r] = np.mean(found == asked), right == true
-            named = found >= 0
-            with lock:
-                np.add.at(confusion[k], (asked[named], found[named]), 1)
-            kept_noisy[k, r], kept_clean[k, r] = kept
+    def run(seed: np.random.SeedSequence) -> list[tuple]:
+        answers = []
+        for one, drawn in zip(noises, draw(noises, seed), strict=True):
+            answers.append(ask(one, drawn))
             advance(next(done), len(noises) * n_repeats)
+        return answers
 
-    alone = encode is not None or many
-    n_threads = 1 if alone else min(n_jobs or count_cores(), n_repeats)
+    n_threads = 1 if encode is not None or many else min(n_jobs or count_cores(), n_repeats)
     # one repeat per thread: the matrices are too small for threads inside BLAS to pay
     seeds, done = np.random.SeedSequence(random_state).spawn(n_repeats), count(1)
     with (
@@ -445,15 +431,21 @@ def compute_sweep(
         show_progress(progress, "noise and repeats") as advance,
         ThreadExecutor(n_threads) as pool,
     ):
-        list(pool.map(run, range(n_repeats), seeds))
+        answers = [zip(*repeat, strict=True) for repeat in pool.map(run, seeds)]
+    found, right, kept = (np.array(one).swapaxes(0, 1) for one in zip(*answers, strict=True))
+    asked = np.tile(true, n_copies)
+    confusion = np.zeros((len(ratios), classes.size, classes.size), np.int32)
+    for counts, named in zip(confusion, found, strict=True):
+        every = np.broadcast_to(asked, named.shape)[named >= 0]
+        np.add.at(counts, (every, named[named >= 0]), 1)
     return Sweep(
         ratios=np.asarray(ratios, dtype=float),
         classes=classes,
-        noisy=noisy,
-        hits=hits,
+        noisy=(found == asked).mean(axis=2),
+        hits=right == true,
         confusion=confusion,
-        kept_noisy=kept_noisy,
-        kept_clean=kept_clean,
+        kept_noisy=kept[..., 0],
+        kept_clean=kept[..., 1],
     )
 
 

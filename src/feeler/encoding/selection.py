@@ -1,6 +1,6 @@
 """Which encoder data support: held-out entries, agreement of starts, significance of bases."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations, count, product
 from pkgutil import resolve_name
@@ -161,50 +161,43 @@ def select_encoder(
         )
     n_lags = base.n_lags if n_lags is None else n_lags
     lists = [_list(n_components), _list(sparseness), _list(n_lags)]
-    models = {}
-    for values in product(*lists):
-        model = clone(base).set_params(
-            **dict(zip(_GRID, values, strict=True)),
-            random_state=random_state,
-            n_jobs=1,
-            warn=False,
-        )
-        check_settings(model)
-        check_size(tensors, model.n_components, model.n_lags)
-        models[values] = model
+    grid = list(dict.fromkeys(product(*lists)))
+
+    def build(values: tuple) -> ConvolutiveNMF:
+        how = dict(zip(_GRID, values, strict=True)) | {"random_state": random_state}
+        return clone(base).set_params(**how, n_jobs=1, warn=False)
+
+    for values in grid:
+        check_settings(build(values))
+        check_size(tensors, values[0], values[2])
     counted = np.ones(tensors.shape, dtype=bool) if hidden is None else ~hidden
     rng = np.random.default_rng(random_state)
     masks = [counted & (rng.random(tensors.shape) < held_out) for _ in range(n_masks)]
     finer = refine if sum(value is not None for value in lists[1]) > 1 else 0
-    most, done = (len(models) + finer) * n_masks, count(1)
+    most, done = (len(grid) + finer) * n_masks, count(1)
     found: dict[tuple, list[tuple[float, float, float]]] = {}
     with show_progress(progress, "fits") as advance, open_pool(_count_threads(n_jobs)) as run:
 
         def judge(task: tuple[tuple, np.ndarray]) -> tuple[float, float, float]:
-            values, left_out = task
-            result = _judge(clone(models[values]), tensors, counted, left_out)
+            result = _judge(build(task[0]), tensors, counted, task[1])
             advance(next(done), most)
             return result
 
-        def add(several: Iterable[tuple]) -> None:
-            new = [values for values in several if values not in found]
+        def add(new: list[tuple]) -> None:
             results = list(run(judge, product(new, masks)))
             for k, values in enumerate(new):
                 found[values] = results[k * n_masks : (k + 1) * n_masks]
 
-        add(models)
+        add(grid)
         for _ in range(finer):
             n, best, lags = _choose(found, tolerance)
             sparser = [s for k, s, t in found if (k, t) == (n, lags) and _key(s) > _key(best)]
             if best is None or not sparser:
                 break
-            between = round((best + min(sparser)) / 2, 4)
-            values = (n, between, lags)
-            models[values] = clone(models[n, best, lags]).set_params(sparseness=between)
-            add([values])
+            add([(n, round((best + min(sparser)) / 2, 4), lags)])
     chosen = _choose(found, tolerance)
-    model = clone(models[chosen]).set_params(n_jobs=n_jobs, warn=base.warn)
-    model.set_params(n_restarts=max(_STARTS, base.n_restarts), keep="typical")
+    model = build(chosen).set_params(n_jobs=n_jobs, warn=base.warn, keep="typical")
+    model.set_params(n_restarts=max(_STARTS, base.n_restarts))
     return Selection(_tabulate(found, chosen), model.fit(tensors, mask=hidden), tolerance)
 
 
