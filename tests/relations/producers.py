@@ -25,7 +25,7 @@ import feeler.robot
 from feeler import analysis as dispersion
 from feeler import analysis as information
 from feeler import decoding, encoding, plotting, spikes, tensors
-from feeler.studio import Session
+from feeler.studio.session import Session
 from tests.cli._command import run
 from tests.relations import worlds
 from tests.relations.changes import build
