@@ -5,13 +5,13 @@ import pytest
 
 import feeler
 from feeler.analysis import (
-    PARAMETERS,
     compute_bounds,
     compute_fisher,
     differentiate_touches,
     scale_derivatives,
     scale_peaks,
 )
+from feeler.analysis.information import PARAMETERS
 from feeler.errors import InvalidInput
 
 

@@ -11,12 +11,12 @@ import pytest
 
 from feeler.animal import (
     PLANTED,
-    load_animal,
     study_animal,
     write_animal_page,
     write_example,
     write_template,
 )
+from feeler.animal.plan import load_animal
 from feeler.antenna.files import load_antenna
 from feeler.errors import InvalidInput
 from feeler.tensors.formats import load

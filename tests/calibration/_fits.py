@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.calibration import TraceFit
+from feeler.calibration.traces import TraceFit
 
 FIT: dict[str, Any] = {
     "names": ("p1", "p2"),

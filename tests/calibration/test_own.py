@@ -7,14 +7,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
-from feeler.calibration import (
-    Protocol,
-    Traces,
-    fit_traces,
-    load_traces,
-    make_synthetic_traces,
-    measure_trace,
-)
+from feeler.calibration import Protocol, Traces, fit_traces, load_traces, make_synthetic_traces
+from feeler.calibration.traces import measure_trace
 from feeler.errors import InvalidInput
 
 from .small_antenna import make_small

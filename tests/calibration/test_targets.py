@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
-from feeler.calibration import (
-    compute_distance,
-    compute_residuals,
-    compute_symmetric_accuracy,
-    load_targets,
-    make_targets,
-)
+from feeler.calibration import load_targets, make_targets
 from feeler.calibration import traces as recording
 from feeler.calibration import traces as trace
 from feeler.calibration.fitting import make_starts
 from feeler.calibration.hinges import Hinges
+from feeler.calibration.problem import (
+    compute_distance,
+    compute_residuals,
+    compute_symmetric_accuracy,
+)
 from feeler.calibration.traces import Traces
 from feeler.errors import InvalidInput
 
@@ -137,7 +136,7 @@ def test_an_animal_s_points_rise_and_stand_beside_their_own_places():
     assert places.tolist() == [0.4, 0.7, 1.0] and rows[:, 0].tolist() == [2.0, 4.0, 7.0]
     assert traces.take("a")[0].tolist() == [1.0]
     with pytest.raises(InvalidInput, match=r"trace 'c@1\.5': what follows @ is a fraction"):
-        recording._get_place("c@1.5")
+        recording.read_place("c@1.5")
 
 
 def make_family(**more):

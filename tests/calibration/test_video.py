@@ -10,16 +10,9 @@ from pynwb import NWBHDF5IO
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.files import load_antenna, save_antenna
-from feeler.calibration import (
-    Protocol,
-    Traces,
-    compute_band,
-    find_release,
-    fit_traces,
-    load_traces,
-    make_hinges,
-)
-from feeler.calibration.traces import find_rest
+from feeler.calibration import Protocol, Traces, fit_traces, load_traces, make_hinges
+from feeler.calibration.hinges import compute_band
+from feeler.calibration.traces import find_release, find_rest
 from feeler.errors import InvalidInput
 from tests.cli._command import run
 

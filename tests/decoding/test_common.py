@@ -16,7 +16,8 @@ from sklearn.utils import get_tags
 from sklearn.utils.estimator_checks import parametrize_with_checks
 from sklearn.utils.parallel import Parallel, delayed
 
-from feeler.decoding import CLASSIFIERS, PrincipalComponents, StreamDecoder, make_lda, make_svm
+from feeler.decoding import CLASSIFIERS, PrincipalComponents, StreamDecoder, make_lda
+from feeler.decoding.classifiers import make_svm
 from feeler.decoding.network import TouchNetwork
 from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.transfer import TransferClassifier

@@ -6,15 +6,14 @@ import xarray as xr
 
 from feeler.analysis import compute_dispersion
 from feeler.decoding import (
-    PeakEncoder,
     PrincipalComponents,
     StreamDecoder,
     make_codes,
     make_labels,
     make_lda,
-    make_svm,
 )
-from feeler.decoding.classifiers import NO_CONTACT
+from feeler.decoding.classifiers import NO_CONTACT, make_svm
+from feeler.decoding.curves import PeakEncoder
 from feeler.decoding.network import TouchNetwork
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF

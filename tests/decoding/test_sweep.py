@@ -11,7 +11,6 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
 from feeler.decoding import (
-    PeakEncoder,
     PrincipalComponents,
     Relative,
     compute_jittered,
@@ -19,9 +18,10 @@ from feeler.decoding import (
     compute_sweep,
     make_lda,
     make_null,
-    make_svm,
     sweeps,
 )
+from feeler.decoding.classifiers import make_svm
+from feeler.decoding.curves import PeakEncoder
 from feeler.errors import InvalidInput, OutOfMemory
 from feeler.objects.shapes import Ball
 from feeler.objects.trials import Trial

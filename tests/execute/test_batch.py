@@ -16,7 +16,8 @@ from threadpoolctl import threadpool_info
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.execute import ProcessExecutor, ThreadExecutor, WorkerCrashed, run_batch
+from feeler.execute import ProcessExecutor, ThreadExecutor, run_batch
+from feeler.execute.processes import WorkerCrashed
 from feeler.execute.threads import hold_blas
 
 from . import _tasks

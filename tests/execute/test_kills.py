@@ -8,7 +8,8 @@ from multiprocessing import active_children
 
 import pytest
 
-from feeler.execute import ProcessExecutor, WorkerCrashed, run_batch
+from feeler.execute import ProcessExecutor, run_batch
+from feeler.execute.processes import WorkerCrashed
 
 from . import _tasks
 

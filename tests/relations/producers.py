@@ -25,7 +25,7 @@ from feeler import analysis, decoding, encoding, plotting, spikes, tensors
 from feeler.calibration.problem import Protocol
 from feeler.plotting.antennas import describe_turnable
 from feeler.robot.stream import read_samples
-from feeler.studio import Session
+from feeler.studio.session import Session
 from tests.cli._command import run
 from tests.relations.changes import build
 from tests.relations.relation import Answer, Producer, flatten, read_json

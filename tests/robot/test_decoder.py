@@ -24,7 +24,6 @@ from feeler.errors import InvalidInput
 from feeler.robot import (
     RobotDecoder,
     draw_robots,
-    fit_sensors,
     make_robot,
     make_touches,
     save_recording,
@@ -33,6 +32,7 @@ from feeler.robot import (
 )
 from feeler.robot.board import make_board_decoder
 from feeler.robot.decoder import _LiveTouch
+from feeler.robot.sensors import fit_sensors
 from feeler.robot.stream import Link, _Buffer, open_serial, read_lines, read_samples
 
 NODE = Path(__file__).parents[2] / "examples" / "ros2" / "antenna_node.py"

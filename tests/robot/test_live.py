@@ -20,7 +20,6 @@ from feeler.robot import (
     Recording,
     draw_robots,
     draw_training_set,
-    fit_sensors,
     make_classifier,
     make_decoder,
     make_robot,
@@ -31,6 +30,7 @@ from feeler.robot import (
 from feeler.robot.classify import judge_recording
 from feeler.robot.decoder import Readings, _LiveTouch
 from feeler.robot.reality import _choose_before
+from feeler.robot.sensors import fit_sensors
 from feeler.robot.stream import Link
 
 TRIALS = make_touches(locations=(0.5, 0.9), speeds=(0.27,))

@@ -21,10 +21,10 @@ from feeler.spikes import (
     draw_spikes,
     fit_sensillum,
     measure_trains,
-    measure_van_rossum,
     read_onsets,
     read_trains,
 )
+from feeler.spikes.recordings import measure_van_rossum
 
 ONSETS = np.array([500.0, 1400.0, 2250.0])  # ms
 TRAINS = {

@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.spikes import CAMPANIFORM, HAIR, Population, Sensillum, find_gain, place_sensilla
-from feeler.spikes.sensilla import _encode_touch
+from feeler.spikes import CAMPANIFORM, HAIR, Population, find_gain, place_sensilla
+from feeler.spikes.sensilla import Sensillum, _encode_touch
 from tests.spikes._touches import POSITION, make_bent
 
 OPEN = Sensillum(ceiling=1e6)

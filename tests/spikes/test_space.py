@@ -9,14 +9,8 @@ import xarray as xr
 import feeler
 from feeler.analysis import compute_strain
 from feeler.errors import InvalidInput
-from feeler.spikes import (
-    Population,
-    SensillaStream,
-    Sensillum,
-    draw_spikes,
-    find_gain,
-    place_sensilla,
-)
+from feeler.spikes import Population, SensillaStream, draw_spikes, find_gain, place_sensilla
+from feeler.spikes.sensilla import Sensillum
 from tests.cli._command import run
 from tests.spikes._touches import POSITION, make_bent
 

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import feeler
-from feeler.studio import Session
 from feeler.studio.live import replay
 from feeler.studio.requests import Readings, TouchRequest, hash_tensor, make_simulation
+from feeler.studio.session import Session
 
 from ._messages import unpack
 

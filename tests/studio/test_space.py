@@ -9,9 +9,10 @@ import pytest
 import feeler
 from feeler.antenna.files import write_antenna
 from feeler.plotting.antennas import describe_turnable
-from feeler.studio import Session, Studio
+from feeler.studio import Studio
 from feeler.studio.export import SPACE_SCRIPT, read_page
 from feeler.studio.requests import AntennaRequest, TouchRequest, hash_tensor, wish_for
+from feeler.studio.session import Session
 from feeler.tensors.transforms import stack_planes
 from tests.studio.test_browser import ask, find_problems, open_page, wait_for
 

@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 import feeler
 from feeler.antenna.files import write_antenna
 from feeler.errors import InvalidInput
-from feeler.studio import Session
 from feeler.studio import live as hand
 from feeler.studio import live as opening
 from feeler.studio import session as running
@@ -30,7 +29,7 @@ from feeler.studio.requests import (
     _compute_compliance,
     describe_original,
 )
-from feeler.studio.session import _read_message, pack
+from feeler.studio.session import Session, _read_message, pack
 
 from ._messages import unpack
 

@@ -8,7 +8,8 @@ import feeler
 from feeler import comparison as compare
 from feeler.analysis import bootstrap_difference, compute_dispersion
 from feeler.comparison import compare_antennas, plot
-from feeler.decoding import list_groups, make_lda, make_svm
+from feeler.decoding import list_groups, make_lda
+from feeler.decoding.classifiers import make_svm
 from feeler.encoding import LABELS, compute_histogram_entropy
 from feeler.errors import ModelValidityWarning
 from feeler.experiments.tactile import DURATION

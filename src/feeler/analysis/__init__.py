@@ -19,7 +19,6 @@ from feeler.analysis.indices import (
     compute_ssim,
 )
 from feeler.analysis.information import (
-    PARAMETERS,
     Information,
     Parameter,
     compute_bounds,
@@ -48,7 +47,6 @@ from feeler.tensors.transforms import scale_common
 
 __all__ = [
     "INDICES",
-    "PARAMETERS",
     "Closest",
     "DampedCosine",
     "Dispersion",

@@ -4,7 +4,6 @@ from feeler.calibration.fitting import (
     METHODS,
     EigenParameters,
     Fit,
-    Minimum,
     analyse_directions,
     bootstrap,
     compute_profiles,
@@ -13,7 +12,7 @@ from feeler.calibration.fitting import (
     search,
     walk_sloppy_direction,
 )
-from feeler.calibration.hinges import FAMILIES, Band, Hinges, compute_band, make_hinges
+from feeler.calibration.hinges import FAMILIES, Band, Hinges, make_hinges
 from feeler.calibration.joint import (
     MeasurementFit,
     Measurements,
@@ -32,7 +31,6 @@ from feeler.calibration.measurements import (
     load_film,
     load_forces,
     load_microscope,
-    make_film,
 )
 from feeler.calibration.problem import (
     Measured,
@@ -40,21 +38,15 @@ from feeler.calibration.problem import (
     Protocol,
     Target,
     Targets,
-    compute_distance,
-    compute_residuals,
-    compute_symmetric_accuracy,
     load_targets,
     make_targets,
 )
 from feeler.calibration.traces import (
     TraceFit,
     Traces,
-    find_release,
-    find_rest,
     fit_traces,
     load_traces,
     make_synthetic_traces,
-    measure_trace,
 )
 from feeler.renamed import find_renamed
 
@@ -70,7 +62,6 @@ __all__ = [
     "Measured",
     "MeasurementFit",
     "Measurements",
-    "Minimum",
     "Prediction",
     "Problem",
     "Protocol",
@@ -81,14 +72,8 @@ __all__ = [
     "Traces",
     "analyse_directions",
     "bootstrap",
-    "compute_band",
-    "compute_distance",
     "compute_force",
     "compute_profiles",
-    "compute_residuals",
-    "compute_symmetric_accuracy",
-    "find_release",
-    "find_rest",
     "fit",
     "fit_measurements",
     "fit_traces",
@@ -99,13 +84,11 @@ __all__ = [
     "load_targets",
     "load_traces",
     "make_factors",
-    "make_film",
     "make_hinges",
     "make_starts",
     "make_synthetic_traces",
     "make_targets",
     "measure_impulse_film",
-    "measure_trace",
     "predict_release",
     "search",
     "walk_sloppy_direction",

@@ -17,7 +17,14 @@ from sklearn.isotonic import isotonic_regression
 from feeler.antenna.files import BEAM_UNITS
 from feeler.antenna.segments import Antenna
 from feeler.calibration.problem import Protocol
-from feeler.calibration.traces import MAX_GAP, Traces, _cut_at_release, bridge, find_rest
+from feeler.calibration.traces import (
+    MAX_GAP,
+    Traces,
+    _cut_at_release,
+    bridge,
+    find_rest,
+    read_place,
+)
 from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning, suggest
 from feeler.experiments.mechanics import hold
 from feeler.physics.equilibrium import compute_point, solve_static
@@ -485,8 +492,12 @@ def make_film(
         )
     names = [point.partition("@")[0].strip() for point in points]
     for one in names:
-        _require_landmark(tracks, one)
-    said = [_read_place(point) for point in points]
+        if one not in tracks.landmarks:
+            near = suggest(one, tracks.landmarks)
+            raise InvalidInput(
+                f"no landmark {one!r}.{near} There are {', '.join(tracks.landmarks[:24])}."
+            )
+    said = [read_place(point, "point") if "@" in point else None for point in points]
     position = np.stack([tracks.of(one)[:, :2] for one in names], axis=1)
     lost = np.isnan(position).any(axis=2)
     whole = np.flatnonzero(~lost.any(axis=1))
@@ -549,29 +560,6 @@ def _find_places(said: Sequence[float | None], rest: np.ndarray) -> np.ndarray:
             " goes back."
         )
     return place
-
-
-def _read_place(point: str) -> float | None:
-    _, at, text = point.partition("@")
-    if not at:
-        return None
-    try:
-        place = float(text)
-    except ValueError:
-        place = float("nan")
-    if not 0 <= place <= 1:
-        raise InvalidInput(
-            f"point {point!r}: what follows @ is a fraction of the length, from 0 to 1."
-        )
-    return place
-
-
-def _require_landmark(tracks: Tracks, name: str) -> None:
-    if name not in tracks.landmarks:
-        near = suggest(name, tracks.landmarks)
-        raise InvalidInput(
-            f"no landmark {name!r}.{near} There are {', '.join(tracks.landmarks[:24])}."
-        )
 
 
 @checked

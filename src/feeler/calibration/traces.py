@@ -69,7 +69,7 @@ class Traces(Record):
         vars(self)["bridged"] = freeze(np.broadcast_to(self.bridged, shape), bool)
         for name, row in zip(self.names, self.displacement, strict=True):
             check_trace(self.time, row, f"trace {name!r}")
-            _get_place(name)
+            read_place(name)
 
     @property
     def animals(self) -> tuple[str, ...]:
@@ -79,7 +79,7 @@ class Traces(Record):
     def take(self, animal: str) -> tuple[np.ndarray, np.ndarray]:
         """Places (point,), rising, and displacements (point, sample) of one animal."""
         rows = self._list_rows(animal)
-        return np.array([_get_place(self.names[k]) for k in rows]), self.displacement[rows]
+        return np.array([read_place(self.names[k]) for k in rows]), self.displacement[rows]
 
     def take_seen(self, animal: str) -> np.ndarray:
         """Whether its samples (point, sample) were recorded and not filled in."""
@@ -97,19 +97,22 @@ class Traces(Record):
     def _list_rows(self, animal: str) -> list[int]:
         """The rows of one animal, base to tip."""
         rows = [k for k, name in enumerate(self.names) if name.partition("@")[0] == animal]
-        return sorted(rows, key=lambda k: _get_place(self.names[k]))
+        return sorted(rows, key=lambda k: read_place(self.names[k]))
 
 
-def _get_place(name: str) -> float:
-    """The fraction of the length that a trace's name says; 1, the tip, where it says none."""
+def read_place(name: str, what: str = "trace") -> float:
+    """The fraction of the length that a point's name says; 1, the tip, where it says none. A trace
+    is not of the base, at 0.
+    """
     _, at, text = name.partition("@")
     try:
         place = float(text) if at else 1.0
     except ValueError:
         place = float("nan")
-    if not 0 < place <= 1:
+    if not 0 <= place <= 1 or (place == 0 and what == "trace"):
+        span = "> 0 and ≤ 1, as in a@0.5" if what == "trace" else "from 0 to 1"
         raise InvalidInput(
-            f"trace {name!r}: what follows @ is a fraction of the length, > 0 and ≤ 1, as in a@0.5."
+            f"{what} {name!r}: what follows @ is a fraction of the length, {span}."
         )
     return place
 
@@ -239,7 +242,7 @@ def _cut_at_release(traces: Traces) -> Traces:
     for animal in traces.animals:
         points = [name for name in traces.names if name.partition("@")[0] == animal]
         rows = {name: traces.displacement[traces.names.index(name)] for name in points}
-        outermost = max(points, key=_get_place)
+        outermost = max(points, key=read_place)
         first, _ = find_release(rows[outermost], f"trace {outermost!r}")
         parts |= {name: row[first:] - find_rest(row) for name, row in rows.items()}
         filled |= {name: traces.bridged[traces.names.index(name)][first:] for name in points}
@@ -517,7 +520,7 @@ def _simulate_all(
             f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
         }
     return np.array(
-        [rows[f"{name.partition('@')[0]}@{_get_place(name):.12g}"] for name in traces.names]
+        [rows[f"{name.partition('@')[0]}@{read_place(name):.12g}"] for name in traces.names]
     )
 
 

@@ -433,7 +433,6 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     """Recordings and fits as NWB, one trial a trace."""
     import xarray as xr
 
-    from feeler.cli.choose import parse_start
     from feeler.tensors.writers import save_nwb
 
     shares = {"displacement": traces.displacement, "fitted": result.simulated}
@@ -447,7 +446,7 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     save_nwb(
         dataset,
         path,
-        session_start=parse_start(session_start),
+        session_start=session_start,
         identifier=f"calibration {path.resolve().parent.name}",
         subject=", ".join(result.animals),
     )

@@ -4,7 +4,6 @@ computes.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -122,14 +121,3 @@ def choose_executor(
     hush()
     with open_cluster(cluster) as client:
         yield ClusterExecutor(client)
-
-
-def parse_start(text: str) -> datetime:
-    """When an NWB session began."""
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        raise InvalidInput(
-            f"--session-start must be a time such as 2026-01-31T10:00:00+01:00, got {text!r}; NWB"
-            " demands it."
-        ) from None

@@ -57,7 +57,6 @@ def convert(
     Write tensors in another format, with their configuration, units, versions, seeds and
     licence.
     """
-    from feeler.cli.choose import parse_start
     from feeler.cli.info import name_instead
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
@@ -81,7 +80,7 @@ def convert(
         "institution": institution,
     }
     if session_start:
-        given["session_start"] = parse_start(session_start)
+        given["session_start"] = session_start
     options = {name: value for name, value in given.items() if name in wanted}
     try:
         tensors = load(source, Limits(max_bytes=int(max_gib * 2**30)))

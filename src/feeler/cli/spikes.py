@@ -108,16 +108,16 @@ def spikes(
     spikes.nwb).
     """
     said = SimpleNamespace(**locals())
-    from feeler.cli.choose import parse_start
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
+    from feeler.tensors.writers import parse_time
 
     if said.recorded is not None:
         _tell_recorded(said)
         return
     if bool(said.session_start) != bool(said.identifier):
         raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
-    start = parse_start(said.session_start) if said.session_start else None
+    start = parse_time(said.session_start) if said.session_start else None
     if start:
         require_extra("pynwb", "nwb", "writing NWB")
     said.out.mkdir(parents=True, exist_ok=True)

@@ -574,7 +574,6 @@ def _save_poses(
     said: SimpleNamespace, trials: list, edges: list, settings: dict[str, Any]
 ) -> None:
     """tracks.nwb: all landmarks of all trials."""
-    from feeler.cli.choose import parse_start
     from feeler.tracking import save_poses
 
     if said.out is None:
@@ -585,7 +584,7 @@ def _save_poses(
     save_poses(
         trials,
         said.out / "tracks.nwb",
-        session_start=parse_start(said.session_start),
+        session_start=said.session_start,
         identifier=f"tracks {said.out.resolve().name}",
         edges=edges,
         subject=said.subject,

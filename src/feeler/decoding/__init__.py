@@ -6,7 +6,6 @@ from feeler.decoding.classifiers import (
     PrincipalComponents,
     make_labels,
     make_lda,
-    make_svm,
     measure_classifier,
 )
 from feeler.decoding.curves import (
@@ -21,13 +20,11 @@ from feeler.decoding.curves import (
 from feeler.decoding.observers import IdealObserver, TemplateClassifier
 from feeler.decoding.streams import StreamDecoder
 from feeler.decoding.sweeps import (
-    Confused,
     Sweep,
     compute_jittered,
     compute_left_out,
     compute_sweep,
     explain_confusion,
-    iterate_left_out,
 )
 from feeler.objects.noise import NOISES, Common, Noise, Relative
 from feeler.renamed import find_renamed
@@ -38,7 +35,6 @@ __all__ = [
     "NOISES",
     "Classifier",
     "Common",
-    "Confused",
     "IdealObserver",
     "Noise",
     "PeakEncoder",
@@ -53,13 +49,11 @@ __all__ = [
     "encode_with",
     "explain_confusion",
     "group_tensors",
-    "iterate_left_out",
     "list_groups",
     "make_codes",
     "make_labels",
     "make_lda",
     "make_null",
-    "make_svm",
     "measure_classifier",
 ]
 

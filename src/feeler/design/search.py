@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -446,18 +447,14 @@ class DesignProblem:
         """How far the design breaks what is known before it is simulated."""
         return sum(self.constraints.check(design.antenna, self.space.reference).values())
 
-    def _measure(self, design: Design) -> tuple[np.ndarray, float]:
+    def _measure(self, design: Design) -> tuple[list[float], float]:
         """What the journal keeps: the four numbers, and the processor time [s] they took."""
-        began = time.process_time()
-        return self._simulate(design), time.process_time() - began
-
-    def _simulate(self, design: Design) -> np.ndarray:
-        try:
+        began, values = time.process_time(), [0.0, 0.0, 1.0, np.inf]
+        with suppress(SimulationDivergedError):
             task = self.task.at(design.speed)
-            found = score(design.antenna, task, "optimiser", **self.options)
-        except SimulationDivergedError:
-            return np.array([0.0, 0.0, 1.0, np.inf])
-        return np.array([found.bits, np.nan_to_num(found.bits_error), found.errors, found.peak])
+            one = score(design.antenna, task, "optimiser", **self.options)
+            values = [one.bits, float(np.nan_to_num(one.bits_error)), one.errors, one.peak]
+        return values, time.process_time() - began
 
     def describe(self) -> str:
         """A short text that changes with anything that changes a score."""

@@ -5,7 +5,6 @@ interface.
 from feeler.errors import OutOfMemory
 from feeler.execute.batch import Executor, Outcome, run_batch, run_groups
 from feeler.execute.processes import (
-    CRASHES,
     ClusterExecutor,
     ProcessExecutor,
     WorkerCrashed,
@@ -14,7 +13,6 @@ from feeler.execute.processes import (
 from feeler.execute.threads import ThreadExecutor
 
 __all__ = [
-    "CRASHES",
     "ClusterExecutor",
     "Executor",
     "OutOfMemory",

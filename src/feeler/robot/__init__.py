@@ -40,7 +40,6 @@ from feeler.robot.recordings import Recording, load_recording, save_recording
 from feeler.robot.repair import make_dataset, repair
 from feeler.robot.sensors import (
     SensorCalibration,
-    fit_sensors,
     load_calibration,
     load_calibration_table,
     save_calibration,
@@ -72,7 +71,6 @@ __all__ = [
     "draw_robots",
     "draw_training_set",
     "fit_factors",
-    "fit_sensors",
     "get_label",
     "load_calibration",
     "load_calibration_table",

@@ -21,7 +21,6 @@ from feeler.spikes.sensilla import (
     place_sensilla,
 )
 from feeler.spikes.trains import (
-    POISSON,
     SPIKE_CODES,
     Firing,
     PoissonObserver,
@@ -36,7 +35,6 @@ from feeler.spikes.trains import (
 __all__ = [
     "CAMPANIFORM",
     "HAIR",
-    "POISSON",
     "SPIKE_CODES",
     "Firing",
     "PoissonObserver",

@@ -4,6 +4,7 @@ import json
 import logging
 import struct
 from collections.abc import Callable, Mapping
+from concurrent.futures import CancelledError
 from functools import lru_cache, partial
 from threading import Event, Lock, Thread, current_thread
 from typing import Any
@@ -318,7 +319,7 @@ class Session:
         wrong = {**about, "type": "error", "of": message["type"]}
         try:
             task(about, message, stop)
-        except (study.Cancelled, ConnectionError):
+        except (CancelledError, ConnectionError):
             return
         except SimulationDivergedError:
             self._say({**wrong, "message": _advise(message["type"])})

@@ -5,6 +5,7 @@ import json
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import CancelledError
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -410,10 +411,6 @@ Trained = tuple[TouchDecoder, Range, dict[str, float]]
 _Tell = Callable[[str, float], None]
 
 
-class Cancelled(Exception):
-    """The study was asked to end."""
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AntennaStudy:
     """What one antenna's touches at one speed have taught.
@@ -591,7 +588,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
         try:
             results = run_group([scenes[i] for i in group], clock, stop=stop)
         except KeyboardInterrupt:
-            raise Cancelled from None
+            raise CancelledError from None
         for i, motion in zip(group, results, strict=True):
             if isinstance(motion, Exception):
                 raise motion
@@ -613,4 +610,4 @@ def _learn(tensors: np.ndarray, tell: _Tell, stop: Event) -> ConvolutiveNMF:
 def check_cancelled(stop: Event) -> None:
     """Raise if cancelled."""
     if stop.is_set():
-        raise Cancelled
+        raise CancelledError

@@ -27,7 +27,6 @@ from feeler.tensors.table import parse_table
 # the same Dataset.
 
 _TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
-_OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
 REQUIRED = {
     "configuration": "{}",
     "versions": "{}",
@@ -114,7 +113,6 @@ def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str)
         for name, entry in content["variables"].items():
             values = _values(name, entry, arrays, source)
             attributes = dict(entry.get("attributes") or {})
-            attributes |= {"units": "1"} if attributes.get("units") == _OLD_UNIT else {}
             variable = xr.Variable(_read_dims(name, entry["dims"]), values, attributes)
             (coordinates if entry.get("coordinate") else variables)[name] = variable
         return xr.Dataset(
@@ -545,7 +543,7 @@ def make_nwb(
     from pynwb import NWBFile
 
     if isinstance(session_start, str):
-        session_start = _parse_time(session_start)
+        session_start = parse_time(session_start)
     if session_start is None or session_start.tzinfo is None or not identifier:
         raise InvalidInput(
             "NWB files of recordings need session_start=, a time with its zone such as"
@@ -562,13 +560,13 @@ def make_nwb(
     )
 
 
-def _parse_time(text: str) -> datetime:
+def parse_time(text: str) -> datetime:
     """A moment from text by ISO 8601."""
     try:
         return datetime.fromisoformat(text)
     except ValueError:
         raise InvalidInput(
-            "the start of a session must be a time such as 2026-01-31T10:00:00+01:00, got"
+            "the start of an NWB session must be a time such as 2026-01-31T10:00:00+01:00, got"
             f" {text!r}."
         ) from None
 
