@@ -429,8 +429,16 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
         ax.plot(classes.index(label), row, "s", mfc="none", mec=_SURROGATE, ms=14, mew=1.2)
     for row, column in zip(*counts.nonzero(), strict=True):
         dark = counts[row, column] > counts.max() / 2
-        place = {"ha": "center", "va": "center", "fontsize": 7}
-        ax.text(column, row, str(counts[row, column]), color="w" if dark else "k", **place)
+        colour = "w" if dark else "k"
+        ax.text(
+            column,
+            row,
+            str(counts[row, column]),
+            color=colour,
+            ha="center",
+            va="center",
+            size=7,
+        )
     names = [f"{feature} {place:g} L\n{speed:g} m/s" for feature, place, speed in classes]
     ax.set_xticks(range(len(classes)), names, rotation=90, fontsize=6.5)
     ax.set_yticks(range(len(true)), [f"{f} {s:g} m/s" for f, _, s in true])
@@ -581,7 +589,7 @@ def show_contacts(data: SimpleNamespace, section: Section) -> None:
     differences = {" ".join(map(str, label)): one for label, one in data.differences.items()}
     section.figure(
         "figS7_tensors",
-        "Six tip contacts, aligned on the tip's first peak: simulation above, surrogate robot below."
+        "Six tip contacts, aligned on the first peak: simulation above, surrogate robot below."
         " In slow touches the peak is flat, and much of the difference is a shift. (Fig. S7)",
         lambda figure: plot_contacts(data, figure),
         height=3.4,
