@@ -405,7 +405,6 @@ def _collect(outcome: dict[str, Any], names: tuple[str, ...]) -> "Measured | Fee
 FAILED = 10.0
 
 
-@checked
 @dataclass(kw_only=True, eq=False)
 class Problem:
     """Residuals of hinges against targets, counted.
@@ -432,6 +431,13 @@ class Problem:
     seconds: float = 0.0
     journal: Journal = field(default_factory=Journal, repr=False)
     watch: Callable[[int, float], None] | None = None
+
+    def __post_init__(self) -> None:
+        for name, kind in (("hinges", Hinges), ("targets", Targets)):
+            if not isinstance(given := getattr(self, name), kind):
+                raise InvalidInput(
+                    f"Problem.{name} must be {kind.__name__}, got {type(given).__name__}."
+                )
 
     def measure(self, p: Sequence[float] | np.ndarray) -> Measured:
         """Quantities of the antenna with parameters ``p``."""
