@@ -34,7 +34,7 @@ FIRST = (
     "physics/test_space.py",
     "physics/test_accuracy.py",
     "examples/test_examples.py",
-    "physics/test_rod.py",
+    *STUDIED,
     "encoding/test_states.py",
     "active/test_observer.py",
     "analysis/test_dispersion.py",

@@ -128,18 +128,19 @@ def test_micrometres_or_metres_in_the_place_of_millimetres_are_questioned(option
         Antenna.from_beam(**{**BEAM, "radius": 0.1, **options})
 
 
-PINT = pint.UnitRegistry()
 EVERY = [(name, unit) for name, units in (FILE_UNITS | BEAM_UNITS).items() for unit in units]
 
 
 def read(unit):
-    return PINT.parse_units(unit.replace("·", "*").replace("³", "**3"))
+    return pint.get_application_registry().parse_units(
+        unit.replace("·", "*").replace("³", "**3")
+    )
 
 
 @pytest.mark.parametrize(("name", "unit"), EVERY)
 def test_every_factor_is_pints(name, unit):
     units = (FILE_UNITS | BEAM_UNITS)[name]
-    assert PINT.Quantity(1.0, read(unit)).to(
+    assert pint.Quantity(1.0, read(unit)).to(
         read(next(iter(units)))
     ).magnitude == pytest.approx(units[unit], rel=1e-12)
 
@@ -147,15 +148,15 @@ def test_every_factor_is_pints(name, unit):
 def test_a_stiffness_is_a_modulus_times_an_area_times_a_length():
     """Of a beam, E I / l: MPa · mm⁴ / mm is the N·mm that a hinge has per radian."""
     own = {name: read(next(iter(units))) for name, units in BEAM_UNITS.items()}
-    made = PINT.Quantity(1.0, own["modulus"] * own["radius"] ** 4 / own["length"] / PINT.rad)
+    made = pint.Quantity(1.0, own["modulus"] * own["radius"] ** 4 / own["length"] / read("rad"))
     assert made.to(read(next(iter(FILE_UNITS["stiffness"])))).magnitude == pytest.approx(1.0)
-    weight = PINT.Quantity(
+    weight = pint.Quantity(
         1.0, own["density"] * own["width"] * own["thickness"] * own["length"]
     )
     assert weight.to(read(next(iter(FILE_UNITS["segment_mass"])))).magnitude == pytest.approx(
         1.0
     )
-    slow = PINT.Quantity(1.0, own["damping_time"] * read(next(iter(FILE_UNITS["stiffness"]))))
+    slow = pint.Quantity(1.0, own["damping_time"] * read(next(iter(FILE_UNITS["stiffness"]))))
     assert slow.to(read(next(iter(FILE_UNITS["damping"])))).magnitude == pytest.approx(1.0)
 
 

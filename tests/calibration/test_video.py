@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from pynwb import NWBHDF5IO
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.files import load_antenna, save_antenna
@@ -245,6 +244,8 @@ def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
         "stiffness is known within a factor of"
         in (tmp_path / "fit" / "calibration.html").read_text()
     )
+    from pynwb import NWBHDF5IO
+
     with NWBHDF5IO(tmp_path / "fit" / "calibration.nwb", "r") as io:
         series = io.read().acquisition
         recorded, fitted = (series[name].data[:] for name in ("displacement", "fitted"))

@@ -12,7 +12,10 @@ from feeler.objects.meshes import list_solids
 from feeler.objects.shapes import make_feature, parse_feature
 from feeler.physics.simulation import Simulation
 
-trimesh = pytest.importorskip("trimesh")
+
+@pytest.fixture
+def trimesh():
+    return pytest.importorskip("trimesh")
 
 
 def save(mesh, tmp_path, kind: str = "stl"):
@@ -22,7 +25,7 @@ def save(mesh, tmp_path, kind: str = "stl"):
 
 
 @pytest.fixture
-def brick():
+def brick(trimesh):
     return trimesh.creation.box(
         extents=(1.0, 2.0, 3.0), transform=np.eye(4) + 5 * np.eye(4, k=3)
     )
@@ -40,7 +43,7 @@ def test_a_convex_mesh_is_one_solid_with_its_front_at_its_place(brick, tmp_path)
 
 
 @pytest.mark.long
-def test_a_ring_is_cut_into_parts_that_leave_its_hole(tmp_path):
+def test_a_ring_is_cut_into_parts_that_leave_its_hole(trimesh, tmp_path):
     pytest.importorskip("coacd")
     ring = trimesh.creation.torus(2.0, 0.5, major_sections=24, minor_sections=12)
     path = save(ring, tmp_path, "obj")
@@ -68,7 +71,7 @@ def test_what_bounds_no_solid_is_refused(how, words, brick, tmp_path):
 
 
 @pytest.mark.long
-def test_very_many_triangles_are_simplified_on_request(tmp_path):
+def test_very_many_triangles_are_simplified_on_request(trimesh, tmp_path):
     path = save(trimesh.creation.icosphere(subdivisions=7), tmp_path)
     with pytest.raises(InvalidInput, match=r"327,680 triangles, more than 100,000\. Simplify"):
         Mesh.from_file(path)

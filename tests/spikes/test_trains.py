@@ -6,9 +6,7 @@ import subprocess
 import sys
 from datetime import UTC, datetime
 
-import neo
 import numpy as np
-import pynapple
 import pytest
 from scipy import stats
 
@@ -220,7 +218,6 @@ def test_negative_rates_are_refused():
         draw_spikes(make_bent())
 
 
-pynwb = pytest.importorskip("pynwb")
 START = datetime(2026, 11, 23, 10, tzinfo=UTC)
 
 
@@ -238,6 +235,7 @@ def file(drawn, tmp_path_factory):
 
 @pytest.mark.long
 def test_pynwb_reads_each_unit_on_the_session_s_clock(file, drawn):
+    pynwb = pytest.importorskip("pynwb")
     with pynwb.NWBHDF5IO(str(file), "r") as io:
         read = io.read()
         units, trials = read.units, read.trials
@@ -279,11 +277,13 @@ def test_units_that_never_fire_and_trials_of_seconds_keep_their_places(tmp_path)
 
 
 def test_pynapple_reads_the_units(file):
+    pynapple = pytest.importorskip("pynapple")
     units = pynapple.load_file(str(file))["units"]
     assert len(units) == 2 * POSITION.size
 
 
 def test_neo_reads_the_units(file):
+    neo = pytest.importorskip("neo")
     trains = neo.io.NWBIO(str(file), "r").read_all_blocks()[0].segments[0].spiketrains
     assert sum(len(train) for train in trains) > 0
 

@@ -87,6 +87,7 @@ def test_one_antenna_is_no_comparison(sets):
         compare_antennas({"robot": sets["robot"]}, None, plan=SCALES["smoke"].plan)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("classifier", [make_lda(24), make_svm(24)])
 def test_what_rounding_leaves_is_no_component_that_a_classifier_sees(sets, classifier):
     """As many copies as a classifier has components: the last one is a hair's, and scaled it was as

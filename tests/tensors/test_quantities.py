@@ -16,13 +16,11 @@ from feeler.tensors.formats import load
 from feeler.tensors.schema import _find_contact
 from tensors._touches import antenna, options, trials
 
-UNITS = pint.UnitRegistry()
-
 
 @pytest.mark.parametrize("name", list(QUANTITIES))
 def test_units_are_read_by_pint_and_dims_begin_with_the_trial(name):
     quantity = QUANTITIES[name]
-    UNITS.Unit(quantity.unit or "1")
+    pint.Unit(quantity.unit or "1")
     assert quantity.coordinate or quantity.dims[0] == "trial"
 
 

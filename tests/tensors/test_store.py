@@ -438,14 +438,6 @@ def test_a_store_grows_and_keeps_what_it_has(path):
     assert xr.open_zarr(path, chunks=None).sizes["trial"] == N_TRIALS
 
 
-@pytest.mark.parametrize("fewer", [1, N_TRIALS - 1])
-def test_a_store_is_not_opened_for_fewer_trials_than_it_holds(path, fewer):
-    fill(path)
-    with pytest.raises(StoreError, match=rf"number of trials: {N_TRIALS} → {N_TRIALS - fewer}"):
-        open_store(path, CONFIGURATION, N_TRIALS - fewer)
-    xr.testing.assert_identical(read_store(path), make_set())
-
-
 def test_an_opening_that_fails_lets_go_of_the_lock(path):
     fill(path, n_trials=3)
     with pytest.raises(StoreError) as kept:  # whose traceback keeps the store that failed alive
