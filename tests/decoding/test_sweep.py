@@ -290,6 +290,15 @@ BUMPS = make_bumps()
             lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS[:, :1], np.arange(6))),
             "held-out trials have",
         ),
+        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=()), "ratios must be 1 or more"),
+        (
+            lambda: compute_sweep(BUMPS, np.arange(6), estimator=make_lda(0)),
+            "n_components must be at least 1; got 0",
+        ),
+        (
+            lambda: compute_sweep(BUMPS, np.arange(6), encode=lambda t: t[:5], n_copies=2),
+            "12 tensors but 5 codes from encode",
+        ),
         (lambda: compute_left_out(BUMPS, np.arange(6), [1] * 6), "belong to one group"),
         (lambda: jitter(location=-1), "location must be finite and ≥ 0"),
         (lambda: jitter(location=1.0), "location must be < 1"),

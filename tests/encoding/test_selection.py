@@ -249,8 +249,9 @@ def test_other_bad_input_is_refused(touches):
         make(cross_orthogonality=0.1).partial_fit(touches)
     with pytest.raises(InvalidInput, match=r"do not form one array .* Crop or pad"):
         make().fit([touches[0], touches[1][:, :-1]])
-    with pytest.raises(InvalidInput, match="held_out must lie between 0 and 1"):
-        select_encoder(touches, held_out=1)
+    for wrong in ({"held_out": 1}, {"n_masks": 1.5}, {"tolerance": -1}, {"refine": -1}):
+        with pytest.raises(InvalidInput, match=f"{next(iter(wrong))} must be"):
+            select_encoder(touches, **wrong)
     with pytest.raises(InvalidInput, match="each need one value"):
         select_encoder(touches, sparseness=[])
     with pytest.raises(InvalidInput, match=r"mask=np.isnan\(X\)"):

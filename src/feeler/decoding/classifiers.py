@@ -167,12 +167,9 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
             No component asked for, or numbers whose squares are none.
         """
         X = validate_data(self, X, dtype=float, ensure_min_samples=2)
-        k = min(self.n_components, *X.shape)
-        if k < 1:
-            raise InvalidInput(f"n_components must be at least 1; got {self.n_components!r}.")
         check_squares(X, "training trials")
         self.mean_ = X.mean(axis=0)
-        self.components_, energy, total = _find_components(X - self.mean_, k)
+        self.components_, energy, total = _find_components(X - self.mean_, self.n_components)
         self.explained_variance_ = energy / (len(X) - 1)
         self.explained_variance_ratio_ = energy / total
         return self
@@ -195,7 +192,9 @@ def _find_components(centred: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarra
     """At most k unit components (component, entry), the sum of squares of rows (trial, entry) along
     each, and over all.
     """
-    tiny = np.finfo(float).tiny
+    if k < 1:
+        raise InvalidInput(f"n_components must be at least 1; got {k!r}.")
+    k, tiny = min(k, *centred.shape), np.finfo(float).tiny
     if len(centred) <= centred.shape[1]:
         energy, left = _find_longest(centred @ centred.T, k)
         axes = left.T @ centred
@@ -220,7 +219,7 @@ def project(
     flat = [one.reshape(len(one), -1) for one in sets]
     mean = flat[0].mean(axis=0)
     centred = flat[0] - mean
-    axes, energy, total = _find_components(centred, min(n_components, *centred.shape))
+    axes, energy, total = _find_components(centred, n_components)
     found = [centred @ axes.T, *((one - mean) @ axes.T for one in flat[1:])]
     return found, (float(energy.sum() / total), share_kept(flat[-1], axes))
 

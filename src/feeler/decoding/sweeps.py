@@ -306,7 +306,7 @@ def compute_sweep(
     codes: Any,
     labels: Labels,
     *,
-    ratios: Sequence[float] = _RATIOS,
+    ratios: Annotated[Sequence[float], Len(1)] = _RATIOS,
     n_copies: Count = N_COPIES,
     n_repeats: Count = _N_REPEATS,
     estimator: Any = "lda",
@@ -398,7 +398,7 @@ def compute_sweep(
     def ask(noise: Noise, drawn: Any) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
         kept = np.nan, np.nan
         if encode is not None:
-            drawn = [np.asarray(encode(codes)) for codes in drawn]
+            drawn = [_encode(codes, encode) for codes in drawn]
         if begins:
             drawn, kept = drawn if many else project(drawn, classifier[0].n_components)
         if is_lda:
@@ -407,7 +407,7 @@ def compute_sweep(
         model = clone(classifier[1:] if begins else classifier)
         if told:
             model.set_params(noise=noise)
-            model.fit(sets[0] if encode is None else np.asarray(encode(sets[0])), sets[1])
+            model.fit(sets[0] if encode is None else _encode(sets[0], encode), sets[1])
         else:
             model.fit(_shape(drawn[0], model), np.tile(sets[1], n_copies))
         found, right = (
@@ -546,6 +546,12 @@ class _Copies:
         copies = np.multiply(each, sd[..., 0] if self._rotate else sd, dtype=float)
         copies += clean
         return copies.reshape(drawn.shape)
+
+
+def _encode(tensors: np.ndarray, encode: _Encode) -> np.ndarray:
+    codes = np.asarray(encode(tensors))
+    check_counts(tensors, codes, "codes from encode")
+    return codes
 
 
 def _shape(codes: np.ndarray, model: Any) -> np.ndarray:

@@ -17,7 +17,8 @@ from feeler.encoding.inputs import check_settings, check_size, check_tensors, re
 from feeler.encoding.model import ConvolutiveNMF, _count_threads
 from feeler.errors import InvalidInput
 from feeler.progress import show_progress
-from feeler.validation import checked
+from feeler.records import Ge, Gt, Lt
+from feeler.validation import Count, checked
 
 _GRID = ("n_components", "sparseness", "n_lags")
 """What is chosen, in the order in which the plainer value is preferred."""
@@ -93,19 +94,20 @@ def _key(values: Any) -> Any:
     return -1.0 if values is None else float(values)
 
 
+@checked
 def select_encoder(
     X: Any,
     *,
-    n_components: int | Sequence[int] = (1, 2, 3, 4, 5),
-    n_lags: int | Sequence[int] | None = None,
-    sparseness: float | Sequence[float | None] | None = _SPARSENESS,
+    n_components: Any = (1, 2, 3, 4, 5),
+    n_lags: Any = None,
+    sparseness: Any = _SPARSENESS,
     encoder: ConvolutiveNMF | None = None,
     mask: Any = None,
-    held_out: float = 0.1,
-    n_masks: int = 3,
-    tolerance: float = 0.003,
-    refine: int = 2,
-    random_state: int = 0,
+    held_out: Annotated[float, Gt(0), Lt(1)] = 0.1,
+    n_masks: Count = 3,
+    tolerance: Annotated[float, Ge(0)] = 0.003,
+    refine: Annotated[int, Ge(0)] = 2,
+    random_state: int | None = 0,
     n_jobs: int | None = None,
     progress: Callable | None = None,
 ) -> Selection:
@@ -154,11 +156,6 @@ def select_encoder(
     """
     tensors, hidden = read_tensors(X, mask)
     base = ConvolutiveNMF() if encoder is None else encoder
-    if not 0 < held_out < 1 or n_masks < 1:
-        raise InvalidInput(
-            f"held_out must lie between 0 and 1, and n_masks be at least 1; got {held_out!r} and"
-            f" {n_masks!r}."
-        )
     n_lags = base.n_lags if n_lags is None else n_lags
     lists = [_list(n_components), _list(sparseness), _list(n_lags)]
     grid = list(dict.fromkeys(product(*lists)))
