@@ -12,11 +12,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import combinations, pairwise, product
+from math import factorial
 from types import SimpleNamespace
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from scipy.stats import binom
 from sklearn.tree import DecisionTreeClassifier
 
 from feeler.analysis import INDICES
@@ -49,9 +51,13 @@ NATURAL = ("stated", "natural", "possible", "far")
 FILE = "readings.json"
 _ORDERS = ("order", "greatest", "least")
 _SURE = 0.95  # share of draws of fits that says yes; 1 - _SURE says no
+_OVERLAP = 0.005  # how often 95 % intervals of the same value are apart
 _MOST_WAYS = 2  # of each side that are said
 _MOST_LEAVES, _LEAF = 8, 0.01  # of a rule; a leaf must be worth this share of the readings
 _CLEAR = 0.9  # share of the readings that agree where a sentence comes out
+
+_Spread = tuple[float, float, float]
+"""Value, low, high; low and high are NaN where nothing was drawn."""
 
 # What is declared.
 
@@ -157,6 +163,21 @@ class Sentence(Record):
             if self.key
         }
 
+    def find_chance(self, spread: _Spread, n: int, starts: bool) -> float:
+        """How often noise agrees, as a share, about: values alone as often as their order is the
+        one that is asked for; ``n`` starts of fits an n-th as often, intervals hardly ever.
+        """
+        k = len(self.groups)
+        by_order = {
+            "order": 1 / factorial(k),
+            **dict.fromkeys(("dip", "greatest", "least"), 1 / k),
+        }
+        if self.of == "nothing" or self.kind not in by_order:
+            return 0.0
+        if np.isfinite(spread[1:]).all() and not starts:
+            return _OVERLAP
+        return by_order[self.kind] / (n if starts else 1)
+
     def weigh(self, chosen: Mapping[str, str]) -> str:
         """How natural a reading is."""
         known = {one.name: one.options for one in self.choice}
@@ -196,9 +217,6 @@ def load_sentences() -> tuple[Sentence, ...]:
 
 
 # Whether a reading agrees with the sentence.
-
-_Spread = tuple[float, float, float]
-"""Value, low, high; low and high are NaN where nothing was drawn."""
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -284,17 +302,23 @@ def agree(
     return True if min(others) >= (bound if any(sentence.target) else 0) else None
 
 
-def decide(agrees: Sequence[bool | None]) -> str:
-    """The verdict from whether each reading agrees, the main one first.
+def decide(agrees: Sequence[bool | None], chances: Sequence[float] = ()) -> str:
+    """The verdict from whether each reading agrees, the main one first, and how often noise does
+    (:meth:`Sentence.find_chance`).
 
     Not reproduced: the main reading speaks against it, and none for it. Where the main reading is
-    not decided and no other agrees, nothing can be said.
+    not decided and no other agrees, nothing can be said; nor where no more readings agree than of
+    noise would (binomial test), unless the main one does and noise hardly ever would.
     """
-    if agrees[0]:
-        return OWN_WORDS
-    if any(agrees):
-        return ANOTHER
-    return NOT if agrees[0] is False else NEVER
+    if not any(agrees):
+        return NOT if agrees[0] is False else NEVER
+    yes, n = sum(map(bool, agrees)), len(agrees)
+    chances = chances or [0.0] * n
+    if binom.sf(yes - 1, n, float(np.mean(chances))) > 1 - _SURE and not (
+        agrees[0] and chances[0] <= 1 - _SURE
+    ):
+        return NEVER
+    return OWN_WORDS if agrees[0] else ANOTHER
 
 
 # Rows of one sentence.
@@ -331,7 +355,8 @@ def make_rows(
                 _share_draws(sentence, starts, chosen, threshold)
                 for threshold in (least, *_list_around(sentence, least))
             )
-            agrees = _is_sure(share)
+            one_start = min(spread[3] for spread in spreads) < 2  # no sample of fits
+            agrees = None if one_start else _is_sure(share)
         null = [nulls.get(group, np.nan) for group in sentence.groups]
         identical = (
             sentence.identical == "order"
@@ -501,14 +526,18 @@ def judge_sentence(sentence: Sentence, rows: pd.DataFrame) -> Finding:
     line = find_rule(sentence, [(one.chosen, one.agrees) for one in readings])
     if not rest:
         line = _describe_effect(sentence, main)
+    agrees, chances = zip(*((one.agrees, one.chance) for one in (main, *rest)), strict=True)
+    verdict = decide(agrees, chances)
+    if verdict == NEVER and any(agrees):
+        line += "; no more readings agree than of noise would"
     return Finding(
         sentence=sentence,
-        verdict=decide([main.agrees, *(one.agrees for one in rest)]),
+        verdict=verdict,
         line=line,
         note=_describe_main(sentence, readings, main),
         moves=_describe_moves(sentence, readings, main),
         ours=_say_values(sentence, main, show),
-        agrees=tuple(one.agrees for one in (main, *rest)),
+        agrees=agrees,
         rows=rows,
     )
 
@@ -540,6 +569,7 @@ def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespac
     found = []
     for part in parts.values():
         first, by_group = part[0], {row["group"]: row for row in part}
+        defined = all(np.isfinite(row["value"]) for row in part)
         found.append(
             SimpleNamespace(
                 chosen=first["choices"],
@@ -550,7 +580,13 @@ def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespac
                 share=float(first["share"]),
                 around=(float(first["looser"]), float(first["stricter"])),
                 n=int(min(row["n"] for row in part)),
-                defined=all(np.isfinite(row["value"]) for row in part),
+                chance=sentence.find_chance(
+                    (first["value"], first["low"], first["high"]),
+                    int(first["n"]),
+                    starts=bool(np.isfinite(first["share"])),
+                )
+                * defined,
+                defined=defined,
                 spreads=[
                     tuple(float(by_group[group][end]) for end in ("value", "low", "high"))
                     for group in sentence.groups
@@ -826,7 +862,8 @@ def _describe_moves(
             for one in (main, *others)
         ]
         counted = f" ({sum(map(bool, answers))} of {len(answers)} agree)" * bool(others)
-        said.append(f"with {value:.3g}: {decide(answers)}{counted}")
+        verdict = decide(answers, [one.chance for one in (main, *others)])
+        said.append(f"with {value:.3g}: {verdict}{counted}")
     return "; ".join(said)
 
 

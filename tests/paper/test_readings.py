@@ -144,6 +144,20 @@ def test_the_verdict_is_one_of_four_words():
     assert decide([None, False]) == WORDS[3]
 
 
+def test_noise_is_reproduced_no_more_often_than_by_chance(rng):
+    sentence = make_sentence()
+    chances = [sentence.find_chance((0.5, NAN, NAN), 1, starts=False)] * 40
+    assert chances[0] == pytest.approx(1 / 6)  # one order of three
+    found = [
+        decide([agree(sentence, points(*rng.random(3))) for _ in chances], chances)
+        for _ in range(200)
+    ]
+    assert sum(one in WORDS[:2] for one in found) <= 20  # a twentieth is expected
+    more = [*[True] * 20, *[False] * 19]
+    assert decide([False, *more], chances) == WORDS[1]
+    assert decide([True, *more], chances) == decide([True, False], [0.005, 1 / 6]) == WORDS[0]
+
+
 def list_readings(rule):
     chosen = [{"code": c, "angle": a} for c in "xyz" for a in ("30", "15")]
     return [(one, rule(one)) for one in chosen for _ in range(5)]
@@ -186,18 +200,22 @@ def test_identical_touches_that_show_the_effect_are_named_and_the_main_reading_d
         {"fast": f, "medium": m, "slow": s} for f, m, s in [(0.1, 0.3, 0.9)] * 3
     )
     main = {name: option for name, option in sentence.main.items()}
-    other = main | {"code": "sparse"}
+    others = [main | {"code": code} for code in ("sparse", "ridge")]
     noisy = main | {"components": "noisy copies"}
     reverse = {"fast": 0.9, "medium": 0.5, "slow": 0.2}
     rows = make_rows(
         sentence,
-        [(main, fast, slow), (other, medium, dict.fromkeys(fast, 0.03)), (noisy, reverse, {})],
+        [
+            (main, fast, slow),
+            *((one, medium, dict.fromkeys(fast, 0.03)) for one in others),
+            (noisy, reverse, {}),
+        ],
     )
     table = pd.DataFrame(rows, columns=[*COLUMNS, "choices"])
     found = judge_sentences(table)["lda-speed"]
     assert found.verdict == WORDS[0]
     assert "identical touches show the same effect" in found.note
-    assert "1 other readings agree in which identical touches do not" in found.note
+    assert "2 other readings agree in which identical touches do not" in found.note
     assert found.rows.groupby("reading")["identical"].first().sum() == 1
     assert (
         judge_sentences(table)["lda-profile"].verdict == WORDS[3]
