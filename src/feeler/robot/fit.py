@@ -174,7 +174,12 @@ def fit_factors(
             reached = _measure_ringing(clock, compute_tip(antenna, motion))
         except InvalidInput:
             break
-        error = _distance(reached, target)
+        error = float(
+            np.hypot(
+                reached.frequency / target.frequency - 1,
+                reached.damping_ratio / target.damping_ratio - 1,
+            )
+        )
         if best is None or error < best.error:
             best = RobotFit(
                 stiffness_factor=float(factors[0]),
@@ -228,15 +233,6 @@ def _solve_factors(target: DampedCosine, theory: Antenna) -> np.ndarray:
     omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
     p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
     return np.array([p1, 2 * target.damping_ratio * p1 / omega])
-
-
-def _distance(reached: DampedCosine, target: DampedCosine) -> float:
-    return float(
-        np.hypot(
-            reached.frequency / target.frequency - 1,
-            reached.damping_ratio / target.damping_ratio - 1,
-        )
-    )
 
 
 def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
