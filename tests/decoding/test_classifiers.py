@@ -114,6 +114,15 @@ def test_a_known_touch_without_noise_of_its_own_is_refused(name):
     clone(ALL[name]).fit(tensors, labels)  # a floor goes on
 
 
+@pytest.mark.parametrize("factor", [1e-20, 1e20])
+def test_lda_of_touches_without_noise_is_refused(factor):
+    tensors, labels = make_touches(n_each=1)
+    with pytest.raises(
+        InvalidInput, match="of each class are all the same: give some with noise"
+    ):
+        ALL["lda"].fit(np.repeat(np.sign(tensors) * factor, 4, axis=0), np.repeat(labels, 4))
+
+
 def test_noisy_copies_are_no_touches_that_an_ideal_observer_knows():
     tensors, labels = make_touches(n_each=1)
     copies = Common(0.05).add(tensors, np.random.default_rng(0), 10)

@@ -526,12 +526,11 @@ def _compute_energy(scene: Scene, rate: tuple[float, ...]) -> float:
 _STARTS = (9.0, 10.5, 12.0, 13.5, 15.0)  # [C] mm from the wall
 
 
-def _make_courses() -> tuple[Course, ...]:
-    """A straight wall, and walls with one turn to either side [C]."""
-    return (
-        Course(lengths=(400.0,), turns=()),
-        *(Course(lengths=(80.0, 320.0), turns=(turn,)) for turn in (-30.0, -15.0, 15.0, 30.0)),
-    )
+# A straight wall, and walls with one turn to either side [C].
+_COURSES = (
+    Course(lengths=(400.0,), turns=()),
+    *(Course(lengths=(80.0, 320.0), turns=(turn,)) for turn in (-30.0, -15.0, 15.0, 30.0)),
+)
 
 
 class FollowTask(ActiveTask):
@@ -552,7 +551,7 @@ class FollowTask(ActiveTask):
     """
 
     distance: Annotated[float, Gt(0), Unit("mm")] = 12.0
-    courses: tuple[Course, ...] = field(default_factory=_make_courses)
+    courses: tuple[Course, ...] = _COURSES
     starts: tuple[float, ...] = _STARTS
     posture: Posture = FOLLOWING
 

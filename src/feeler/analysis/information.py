@@ -604,10 +604,6 @@ class Parameter:
     move: Callable[[Antenna, Trial, float], Trial]
 
 
-def _move_location(antenna: Antenna, trial: Trial, by: float) -> Trial:
-    return replace(trial, location=trial.location + by / antenna.length)
-
-
 def _move_size(antenna: Antenna, trial: Trial, by: float) -> Trial:
     if not np.isfinite(trial.feature.size):
         raise InvalidInput(
@@ -616,15 +612,27 @@ def _move_size(antenna: Antenna, trial: Trial, by: float) -> Trial:
     return replace(trial, feature=trial.feature.scale(1 + by / trial.feature.size))
 
 
-def _move_speed(antenna: Antenna, trial: Trial, by: float) -> Trial:
-    return replace(trial, speed=trial.speed * (1 + by / 100))
-
-
 PARAMETERS: Registry[Parameter] = Registry("parameter of a touch")
 """Properties by name; ``PARAMETERS.register(name, Parameter(...))`` adds one."""
-PARAMETERS.register("location", Parameter(unit="mm", step=0.02, move=_move_location))
+PARAMETERS.register(
+    "location",
+    Parameter(
+        unit="mm",
+        step=0.02,
+        move=lambda antenna, trial, by: replace(
+            trial, location=trial.location + by / antenna.length
+        ),
+    ),
+)
 PARAMETERS.register("size", Parameter(unit="mm", step=0.02, move=_move_size))
-PARAMETERS.register("speed", Parameter(unit="%", step=0.1, move=_move_speed))
+PARAMETERS.register(
+    "speed",
+    Parameter(
+        unit="%",
+        step=0.1,
+        move=lambda _, trial, by: replace(trial, speed=trial.speed * (1 + by / 100)),
+    ),
+)
 
 
 @checked

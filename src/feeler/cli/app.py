@@ -32,8 +32,9 @@ class _Interrupted(Exception):
 class _Verbs(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """A file in the place of a verb asks what it is."""
-        if args and args[0] not in self.commands and _is_file(args[0]):
-            args = ["info", *args]
+        if (word := "".join(args[:1])) and word not in self.commands and word[0] != "-":
+            is_file = "." in word or os.sep in word or os.path.exists(word)
+            args = ["info", *args] if is_file else args
         return super().parse_args(ctx, args)
 
     def format_commands(self, _ctx: Any, formatter: Any) -> None:
@@ -50,11 +51,6 @@ class _Verbs(TyperGroup):
                 return super().invoke(ctx)
         except KeyboardInterrupt:
             raise _Interrupted from None
-
-
-def _is_file(word: str) -> bool:
-    looks_like = "." in word or os.sep in word
-    return not word.startswith("-") and (looks_like or os.path.exists(word))
 
 
 app = Commands(

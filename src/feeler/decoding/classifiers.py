@@ -523,7 +523,13 @@ class _FlatPipeline(Classifier, Pipeline):
     def fit(self, X: Any, y: Any = None, **params: Any) -> "_FlatPipeline":
         """Fit all steps."""
         self._keep(X, y)
-        return Pipeline.fit(self, _flatten(X), y, **params)
+        try:
+            return Pipeline.fit(self, _flatten(X), y, **params)
+        except IndexError:  # of scikit-learn's LDA, whose classes have no spread
+            raise InvalidInput(
+                "the tensors of each class are all the same: give some with noise, or a classifier"
+                " that is told the noise."
+            ) from None
 
     def predict(self, X: Any, until: float | None = None, **params: Any) -> Any:
         """The label of each trial; labelled where the tensors are."""

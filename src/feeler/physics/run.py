@@ -458,7 +458,6 @@ _DRIFT = 5.0
 _FINEST, _COARSEST = 1e-6, 0.5  # what may be asked for
 # Of the estimate [C], by 1,500 random touches held against a tenth of their timestep:
 _CLEAR = 0.015  # what doubling the timestep may change of the peak before halving it is tried
-_TOGETHER = 0.1  # share of that up to which two runs are still one
 _MARGIN = 3.0  # times that what halving the timestep changes counts: twice, were it smooth
 _AFTER = 30.0  # ms after the last contact in which runs may still part
 
@@ -480,7 +479,7 @@ def run_with_error(scenes: Sequence[Scene], clock: Clock, engine: str) -> list[R
     that changes of the hinge angles at most, over the peak, is the error where it is below
     ``_CLEAR``: the engines are of first order, so that the finer run errs by as much. Where it is
     more, twice the timestep may only be too coarse itself. Those scenes are run with half of it,
-    from where the two runs began to part, and what that changes counts ``_MARGIN`` times. So it
+    from where the two runs parted by as much, and what that changes counts ``_MARGIN`` times. So it
     does for all, from the beginning, where the contact allows no coarser timestep.
     """
     results = _run_all(scenes, clock, engine)
@@ -501,7 +500,7 @@ def run_with_error(scenes: Sequence[Scene], clock: Clock, engine: str) -> list[R
             if not (
                 scene.antenna.spatial or scene.guided or any(o.turn for o in scene.objects)
             ):
-                starts[i] = every * max(int(np.argmax(gaps[i] > _TOGETHER * _CLEAR)) - 1, 0)
+                starts[i] = every * max(int(np.argmax(gaps[i] > _CLEAR)) - 1, 0)
     return [
         replace(result, error=errors[i]) if isinstance(result, Motion) else result
         for i, result in enumerate(results)

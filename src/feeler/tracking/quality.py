@@ -5,6 +5,7 @@ from typing import Annotated
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import (
+    binary_dilation,
     binary_opening,
     find_objects,
     label,
@@ -180,15 +181,13 @@ def _find_exchanged(one: np.ndarray, other: np.ndarray, length: float) -> np.nda
     if seen.size < 3 or not length > 0:
         return wrong
     pair, gap = np.stack([one[seen], other[seen]]), np.diff(seen)
-    step = np.diff(pair, axis=1)
 
     def walk(here: np.ndarray, after: np.ndarray) -> np.ndarray:
         return np.linalg.norm(after - here, axis=-1).sum(axis=0)
 
     onward = pair[:, :-1].copy()
-    onward[:, 1:] += step[:, :-1] * np.minimum(gap[1:] / gap[:-1], 2)[:, None]
-    turn = walk(onward, pair[:, 1:])
-    least = max(_EXCHANGED * length, 2 * np.percentile(turn, 90))
+    onward[:, 1:] += np.diff(pair[:, :-1], axis=1) * np.minimum(gap[1:] / gap[:-1], 2)[:, None]
+    least = max(_EXCHANGED * length, 2 * np.percentile(walk(onward, pair[:, 1:]), 90))
 
     def compare(here: np.ndarray, after: np.ndarray) -> np.ndarray:
         kept, crossed = walk(here, after), walk(here, after[::-1])
@@ -310,13 +309,10 @@ def _find_breaks(place: np.ndarray, length: float, interval: float, max_gap: int
         return wrong
     step = np.linalg.norm(np.diff(place[frame], axis=0), axis=1) / np.diff(frame)
     least = _SPIKE if interval <= _FLICK else np.clip(_MAX_SPEED * interval, *_JUMP)
-    beside = np.maximum(step[:-2], step[2:])
     jump = (step > least * length) & (step > _TIMES * _find_usual(step))
-    jump[1:-1] &= step[1:-1] > _TIMES_LARGEST * beside
-    half = max_gap // 2 + 1
-    for k in frame[np.flatnonzero(jump) + 1]:
-        wrong[max(k - half, 0) : k + half] = True
-    return wrong
+    jump[1:-1] &= step[1:-1] > _TIMES_LARGEST * np.maximum(step[:-2], step[2:])
+    wrong[frame[1:][jump]] = True
+    return binary_dilation(wrong, np.ones(2 * (max_gap // 2) + 3))
 
 
 def _find_usual(values: np.ndarray) -> np.ndarray:
