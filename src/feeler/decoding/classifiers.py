@@ -525,8 +525,10 @@ class _FlatPipeline(Classifier, Pipeline):
         self._keep(X, y)
         try:
             return Pipeline.fit(self, _flatten(X), y, **params)
-        except IndexError:  # of scikit-learn's LDA, whose classes have no spread
-            raise InvalidInput(
+        except IndexError:
+            if not isinstance(self.steps[-1][1], LinearDiscriminantAnalysis):
+                raise
+            raise InvalidInput(  # scikit-learn's LDA needs spread within classes
                 "the tensors of each class are all the same: give some with noise, or a classifier"
                 " that is told the noise."
             ) from None
