@@ -17,11 +17,11 @@ from feeler.robot.stream import (
     CLOCK,
     WRAP,
     Link,
-    _unwrap_clock,
     frame_sample,
     open_serial,
     read_lines,
     read_samples,
+    unwrap_clock,
 )
 
 
@@ -137,9 +137,9 @@ def test_a_clock_that_begins_anew_goes_on_for_hours():
 
 def test_a_recorded_clock_that_begins_anew_is_unwrapped_and_a_small_step_back_stays():
     true = np.arange(0.0, 2.5 * CLOCK, CLOCK / 7)
-    np.testing.assert_allclose(_unwrap_clock(true % CLOCK), true, rtol=1e-12)
+    np.testing.assert_allclose(unwrap_clock(true % CLOCK), true, rtol=1e-12)
     jitter = np.array([0.0, 4.0, 3.0, 8.0])
-    np.testing.assert_array_equal(_unwrap_clock(jitter), jitter)
+    np.testing.assert_array_equal(unwrap_clock(jitter), jitter)
 
 
 def test_a_serial_line_that_drops_and_repeats_is_read_as_it_comes():
