@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.analysis import check_trace, measure_deflection_ratios, measure_free_response
-from feeler.analysis.response import _find_extrema, _fit_damped_cosine
+from feeler.analysis.response import _find_extrema, fit_damped_cosine
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.experiments.mechanics import bend
@@ -147,8 +147,8 @@ def test_of_several_turns_on_one_side_the_farthest_counts():
 
 def test_the_cosine_says_how_badly_it_fits():
     two = swing(TIME) + 0.5 * swing(TIME, 0.06, 0.05)
-    assert _fit_damped_cosine(TIME, swing(TIME), 0.017).residual < 1e-6
-    assert _fit_damped_cosine(TIME, two, 0.017).residual > 0.1
+    assert fit_damped_cosine(TIME, swing(TIME), 0.017).residual < 1e-6
+    assert fit_damped_cosine(TIME, two, 0.017).residual > 0.1
 
 
 @pytest.mark.parametrize("begin", [0.0, 20.0])

@@ -13,7 +13,7 @@ from feeler.antenna.segments import Antenna
 from feeler.encoding.inputs import read_tensors
 from feeler.errors import InvalidInput, StoreError
 from feeler.objects import Ball, Flow, Peg, Trial, Wall, place
-from feeler.objects.meshes import _compute_gap_in_space
+from feeler.objects.meshes import compute_gap_in_space
 from feeler.objects.motion import parse_flow
 from feeler.physics.spec import write_mjcf
 from feeler.plotting.tensors import take_curvature
@@ -61,7 +61,7 @@ def test_contact_begins_after_the_lead(trial):
     for time, closed in ((0.0, False), (trial.lead - 1e-6, False), (trial.lead + 1e-6, True)):
         where = placed.origin + time * placed.velocity
         points = WHISKER.shape()
-        gap = _compute_gap_in_space(points, WHISKER.radius, trial.feature, where, axes)
+        gap = compute_gap_in_space(points, WHISKER.radius, trial.feature, where, axes)
         assert (gap < 0) == closed
 
 

@@ -21,7 +21,7 @@ ENGINE = "chain-consistent"
 OFF = (1069, 1306, 1365, 1762, 1779, 1934, 2213, 2233, 2420, 2481)
 
 
-def _draw_antenna(rng: np.random.Generator) -> feeler.Antenna:
+def draw_antenna(rng: np.random.Generator) -> feeler.Antenna:
     """8 to 40 segments, 15 to 60 mm, up to 6 e-folds of stiffness, damping times 0.1 to 20 ms."""
     n, size = int(rng.integers(8, 41)), np.exp(rng.uniform(np.log(15), np.log(60)))
     along = np.linspace(0, 1, n)
@@ -56,7 +56,7 @@ def draw(seed: int) -> tuple[feeler.Antenna, feeler.Trial]:
     """A sensible antenna and a sensible touch of it; some bases move."""
     rng = np.random.default_rng(seed)
     while True:
-        antenna, feature, base = _draw_antenna(rng), draw_feature(rng), None
+        antenna, feature, base = draw_antenna(rng), draw_feature(rng), None
         if rng.random() < 0.3:
             x, y = rng.uniform(-0.05, 0.05, 2)
             base = feeler.BaseMotion(

@@ -131,7 +131,7 @@ def test_contact_parameters_mean_what_mujoco_means(solref, solimp, friction):
     assert difference(scene, Clock(duration=4, sample_interval=0.5, timestep=0.02)).max() < 1e-9
 
 
-def _draw_antenna(n: int, rng: np.random.Generator):
+def draw_antenna(n: int, rng: np.random.Generator):
     """A stub of random sizes and posture."""
     return make_stub(
         n,
@@ -174,7 +174,7 @@ def scenes(draw, moving):
     """
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    antenna = _draw_antenna(n, rng)
+    antenna = draw_antenna(n, rng)
     base = (
         *(moving * rng.uniform(-5, 5, 2)),
         rng.uniform(-1, 1) * draw(st.sampled_from([0, 1])),

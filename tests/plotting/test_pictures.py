@@ -29,7 +29,7 @@ from feeler.plotting.style import (
     pick_shades,
 )
 from feeler.presets import make_preset
-from feeler.wall.distance import _fit_distance
+from feeler.wall.distance import fit_distance
 from plotting.test_results import make_optimum, make_sweep
 
 
@@ -183,8 +183,8 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     distance, position = np.array([20.0, 14.0, 9.0]), np.array([3.0, 17.0, 31.0])
     used, none = np.ones(3, dtype=bool), np.zeros(3, dtype=bool)
     maps = {
-        "linear": _fit_distance(distance, position, used, none, resolution=0.1),
-        "uniform": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
+        "linear": fit_distance(distance, position, used, none, resolution=0.1),
+        "uniform": fit_distance(distance, 0 * position, used, none, resolution=0.1),
     }
     assert maps["uniform"].undefined
     ax = Figure().subplots()

@@ -21,7 +21,7 @@ from feeler.decoding.classifiers import make_lda
 from feeler.experiments import tactile as experiment_touch
 from feeler.report import Section
 from feeler.robot import make_touches
-from feeler.wall.distance import _fit_distance
+from feeler.wall.distance import fit_distance
 from paper import data, fig1, fig3, fig5_sparse, fig6, figS4
 from paper.context import Context
 from paper.readings import NEVER, NOT
@@ -195,7 +195,7 @@ def _find_wall_values(rng):
     every, none = np.full(distance.size, True), np.full(distance.size, False)
     r2 = [
         [
-            _fit_distance(distance, 42 * rng.random(distance.size), every, none, 0.3).r2
+            fit_distance(distance, 42 * rng.random(distance.size), every, none, 0.3).r2
             for _ in names
         ]
         for _ in range(n_set_ups)

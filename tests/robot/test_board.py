@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.robot import load_recording
-from feeler.robot.stream import CLOCK, Link, _unwrap_clock, frame_sample, read_samples
+from feeler.robot.stream import CLOCK, Link, frame_sample, read_samples, unwrap_clock
 
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
 VALUES = np.random.default_rng(0).integers(0, 1024, (60, 3))
@@ -102,9 +102,9 @@ def test_a_board_that_begins_anew_after_its_clock_went_round_begins_at_its_own_t
 
 def test_a_clock_goes_round_more_than_once_and_a_jump_back_is_none():
     time = np.arange(0, 3 * CLOCK, 1000.0)
-    np.testing.assert_allclose(_unwrap_clock(time % CLOCK), time)
+    np.testing.assert_allclose(unwrap_clock(time % CLOCK), time)
     for back in ([500.0, 100.0], [0.0, 4.0, 3.0, 8.0]):
-        np.testing.assert_array_equal(_unwrap_clock(np.array(back)), back)
+        np.testing.assert_array_equal(unwrap_clock(np.array(back)), back)
 
 
 def test_a_recording_across_the_clocks_end_is_read_and_says_so_and_one_that_runs_back_is_refused(

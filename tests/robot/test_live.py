@@ -29,7 +29,7 @@ from feeler.robot import (
 )
 from feeler.robot.classify import judge_recording
 from feeler.robot.decoder import Readings, _LiveTouch
-from feeler.robot.reality import _choose_before
+from feeler.robot.reality import choose_before
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.stream import Link
 
@@ -149,7 +149,7 @@ def play(trained, recording, step=1.0, jitter=0.0, begin=123e3, side=1):
     at = np.minimum(at, count - 1.0)
     sent = np.array([np.interp(at, np.arange(count), row) for row in recording.values])
     decoder, classifier, _ = trained
-    live = _LiveTouch(decoder, classifier, make_robot(), _choose_before(make_robot(), TRIALS))
+    live = _LiveTouch(decoder, classifier, make_robot(), choose_before(make_robot(), TRIALS))
     return live, [live.update(side * sent[:, k], begin + at[k]) for k in range(at.size)]
 
 
@@ -160,7 +160,7 @@ def test_what_is_said_last_is_what_classify_says_however_fast_the_sender(trained
         live, states = play(trained, recording, step, jitter)
         end = live.end()
         whole, _ = judge_recording(
-            trained[1], recording, make_robot(), _choose_before(make_robot(), TRIALS)
+            trained[1], recording, make_robot(), choose_before(make_robot(), TRIALS)
         )
         assert (end.label, end.strange) == (live.answer.label, live.answer.strange)
         assert end.probability == live.answer.probability

@@ -17,15 +17,15 @@ from feeler.robot.recordings import load_recording, save_recording
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
     _add_mount,
-    _draw_antenna,
-    _draw_trial,
-    _make_tip_touches,
     _Sensing,
+    draw_antenna,
+    draw_trial,
+    make_tip_touches,
     play,
     subtract_rest,
 )
 
-FAST = [trial for trial in _make_tip_touches() if trial.speed == 0.27]
+FAST = [trial for trial in make_tip_touches() if trial.speed == 0.27]
 
 
 def test_the_grid_is_the_papers():
@@ -34,8 +34,8 @@ def test_the_grid_is_the_papers():
     assert {trial.speed for trial in trials} == {0.270, 0.135, 0.027}
     assert {trial.feature.kind for trial in trials} == {"ball", "box"}
     assert len({trial.location for trial in trials}) == 5
-    assert len(_make_tip_touches(3)) == 18
-    assert {trial.location for trial in _make_tip_touches()} == {
+    assert len(make_tip_touches(3)) == 18
+    assert {trial.location for trial in make_tip_touches()} == {
         max(trial.location for trial in trials)
     }
 
@@ -112,13 +112,13 @@ def test_play_operator_laws():
 
 def test_draws_have_the_stated_spread():
     rng, robot, gap = np.random.default_rng(8), make_robot(), Gap()
-    drawn = [_draw_antenna(robot, gap, rng) for _ in range(400)]
+    drawn = [draw_antenna(robot, gap, rng) for _ in range(400)]
     common = np.log([a.stiffness.mean() / robot.stiffness.mean() for a in drawn])
     assert common.std() == pytest.approx(
         np.hypot(gap.stiffness, gap.stiffness_each / np.sqrt(8)), rel=0.15
     )
     assert np.std([a.rest_angle for a in drawn]) == pytest.approx(gap.rest_angle, rel=0.1)
-    trials = [_draw_trial(FAST[0], gap, rng) for _ in range(400)]
+    trials = [draw_trial(FAST[0], gap, rng) for _ in range(400)]
     assert np.std([t.location for t in trials]) == pytest.approx(gap.location, rel=0.15)
     assert np.std([t.speed for t in trials]) == pytest.approx(gap.speed * 0.27, rel=0.15)
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.spikes import CAMPANIFORM, HAIR, Population, find_gain, place_sensilla
-from feeler.spikes.sensilla import Sensillum, _encode_touch
+from feeler.spikes.sensilla import Sensillum, encode_touch
 from tests.spikes._touches import POSITION, make_bent
 
 OPEN = Sensillum(ceiling=1e6)
@@ -18,7 +18,7 @@ def run(stimulus, step, sensillum=OPEN):
     taps, shares = one.find_taps(np.array([0.4, 0.6]))
     rates = np.zeros((len(stimulus), 1))
     samples = np.repeat(np.asarray(stimulus, dtype=float)[:, None], 2, axis=1)
-    stiff = _encode_touch(samples, taps, shares, np.ones(1), one.table, step, rates)
+    stiff = encode_touch(samples, taps, shares, np.ones(1), one.table, step, rates)
     return rates[:, 0], stiff
 
 

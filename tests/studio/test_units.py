@@ -12,7 +12,7 @@ import pytest
 
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
-from feeler.spikes.sensilla import TABLE, _encode_touch
+from feeler.spikes.sensilla import TABLE, encode_touch
 from feeler.studio.export import (
     _bundle,
     _pack,
@@ -136,7 +136,7 @@ def make_nerve(rng):
         *population.find_taps(np.array([0.1, 0.4, 0.9])),
         population.side * population.gain,
     )
-    _encode_touch(bent, *fixed, population.table, 0.7, rates)
+    encode_touch(bent, *fixed, population.table, 0.7, rates)
     known = {name: getattr(CAMPANIFORM, name) for name in TABLE if name != "v"}
     return {"bent": bent.tolist(), "rates": rates.tolist(), "sensillum": known}
 

@@ -10,8 +10,8 @@ from scipy.stats import binom
 from feeler.antenna import Antenna
 from feeler.presets import cockroach
 from feeler.wall import Posture, count_orderings, find_peak, map_distance, slide, summarise
-from feeler.wall.approach import Peak, _find_parabolic_peak, find_sweep_peak
-from feeler.wall.distance import SETUP_CHOICES, Case, _bootstrap_median, _fit_distance
+from feeler.wall.approach import Peak, find_parabolic_peak, find_sweep_peak
+from feeler.wall.distance import SETUP_CHOICES, Case, _bootstrap_median, fit_distance
 from feeler.wall.following import Course, Run, _measure_turns
 
 N, STEP = 80, 0.5
@@ -23,7 +23,7 @@ LENGTH = N * STEP
 
 def fit(distance, position, used=None, resolution=0.1):
     used = np.ones(len(distance), bool) if used is None else used
-    return _fit_distance(
+    return fit_distance(
         np.array(distance), np.array(position), used, np.zeros(len(distance), bool), resolution
     )
 
@@ -114,7 +114,7 @@ def test_the_interval_of_a_median_is_that_of_its_exact_bootstrap(level):
 def test_the_top_of_a_parabola_is_found_exactly_and_at_the_ends_the_sample(top):
     place = np.arange(0.0, 6.0, 0.5)
     rows = np.stack([4.0 - (place - top) ** 2, 4.0 - place, place + 1.0, np.ones(12)])
-    np.testing.assert_allclose(_find_parabolic_peak(rows, place), [top, 0.0, 5.5, 0.0])
+    np.testing.assert_allclose(find_parabolic_peak(rows, place), [top, 0.0, 5.5, 0.0])
 
 
 def test_a_peak_has_the_curvature_of_its_place_with_its_sign():

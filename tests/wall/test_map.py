@@ -17,7 +17,7 @@ from feeler.wall import (
     map_distance,
 )
 from feeler.wall.approach import _compute_smooth_curvature
-from feeler.wall.distance import _fit_distance
+from feeler.wall.distance import fit_distance
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_r2_and_left_out_error_are_numpys_and_by_hand():
     rng = np.random.default_rng(1)
     position = np.sort(rng.uniform(5, 40, 9))[::-1]
     distance = np.sort(rng.uniform(5, 25, 9))[::-1]
-    found = _fit_distance(distance, position, np.ones(9, bool), np.zeros(9, bool), 0.1)
+    found = fit_distance(distance, position, np.ones(9, bool), np.zeros(9, bool), 0.1)
     assert np.isclose(found.r2, np.corrcoef(position, distance)[0, 1] ** 2)
     errors = []
     for k in range(9):
@@ -89,8 +89,8 @@ def test_r2_and_left_out_error_are_numpys_and_by_hand():
 
 def test_undefined_is_said_never_zero():
     distance = np.linspace(20, 5, 6)
-    still = _fit_distance(distance, np.full(6, 38.0), np.ones(6, bool), np.zeros(6, bool), 0.1)
-    few = _fit_distance(distance, distance, np.arange(6) < 2, np.zeros(6, bool), 0.1)
+    still = fit_distance(distance, np.full(6, 38.0), np.ones(6, bool), np.zeros(6, bool), 0.1)
+    few = fit_distance(distance, distance, np.arange(6) < 2, np.zeros(6, bool), 0.1)
     for found, why in ((still, "stays at one place"), (few, "2 usable distances")):
         assert np.isnan(found.r2) and np.isnan(found.slope) and why in found.undefined
         assert np.isnan(found.predict(10.0))
@@ -100,7 +100,7 @@ def test_undefined_is_said_never_zero():
 def test_told_apart_is_the_longest_run_that_moves_one_way(way):
     distance = np.arange(10.0, 2.0, -1)
     position = 27 + way * np.array([3.0, 3.01, 1.0, -1.0, -3.0, -2.99, -2.0, np.nan])
-    found = _fit_distance(distance, position, np.isfinite(position), np.zeros(8, bool), 0.1)
+    found = fit_distance(distance, position, np.isfinite(position), np.zeros(8, bool), 0.1)
     assert found.told_apart == (6.0, 9.0)
     assert not found.monotone
 
@@ -155,7 +155,7 @@ def test_sweeps_go_to_the_executor_that_is_given():
         (lambda a: _compute_smooth_curvature(a, np.zeros(200), np.zeros(2), 0.0), "> 0 mm"),
         (lambda a: compare({}, [Posture()]), "at least one antenna"),
         (
-            lambda a: _fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1),
+            lambda a: fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1),
             "one step",
         ),
     ],

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.active.policies import _draw_lane
+from feeler.active.policies import draw_lane
 from feeler.active.tasks import SAMPLE, ActiveTask, Arena, FollowTask, LocaliseTask, TouchTask
 from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning
 
@@ -289,7 +289,7 @@ class TouchVectorEnv(VectorEnv):
         """A picture (height, width, 3) of every lane."""
         if self.render_mode is None:
             return None
-        return tuple(_draw_lane(self.arena, lane) for lane in range(self.num_envs))
+        return tuple(draw_lane(self.arena, lane) for lane in range(self.num_envs))
 
 
 class TouchEnv(gymnasium.Env):
@@ -366,7 +366,7 @@ def _make_env(name: str, **fields: Any) -> TouchEnv:
     return TouchEnv(task, **form)
 
 
-def _make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
+def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
     """What ``gymnasium.make_vec(name, num_envs)`` calls; ``fields`` as of :func:`_make_env`."""
     task, form = _make_task(name, fields)
     return TouchVectorEnv(task, num_envs, **form)
@@ -377,6 +377,6 @@ for name in TASKS:
         gymnasium.register(
             name,
             entry_point="feeler.active.environment:_make_env",
-            vector_entry_point="feeler.active.environment:_make_vector_env",
+            vector_entry_point="feeler.active.environment:make_vector_env",
             kwargs={"name": name},
         )

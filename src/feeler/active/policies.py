@@ -230,7 +230,7 @@ def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
     return scene.antenna.shape(angle, base[2]) + base[:2], np.abs(angle), scene.antenna
 
 
-def _draw_lane(arena: Arena, lane: int) -> np.ndarray:
+def draw_lane(arena: Arena, lane: int) -> np.ndarray:
     """A picture (height, width, 3) of a lane as it is."""
     with style():
         figure = Figure(figsize=(3.2, 3.6), dpi=100, layout="constrained")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.active.environment import _make_vector_env
+from feeler.active.environment import make_vector_env
 from feeler.errors import MissingDependencyError
 
 try:
@@ -39,7 +39,7 @@ class TouchVecEnv(VecEnv):
     """
 
     def __init__(self, name: str, num_envs: int = 64, **fields: Any) -> None:
-        made = _make_vector_env(name, num_envs, **fields)
+        made = make_vector_env(name, num_envs, **fields)
         self.lanes, self.render_mode = made, made.render_mode
         super().__init__(num_envs, made.single_observation_space, made.single_action_space)
         self._actions: np.ndarray = np.zeros(0)

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import t as student
 
-from feeler.analysis.indices import BLOCK_SIZE, INDICES, _iterate_blocks, check_tensors
+from feeler.analysis.indices import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
 from feeler.errors import InvalidInput
 from feeler.records import Gt, Lt
 from feeler.tensors.transforms import label_like, stack_planes
@@ -178,7 +178,7 @@ def search_closest(
     sign, compute = INDICES[index].sign, INDICES[index].make(array, **options)
     best = np.full(len(array), -np.inf)
     match = np.full(len(array), -1)
-    for rows, columns in _iterate_blocks(len(array), block):
+    for rows, columns in iterate_blocks(len(array), block):
         score = sign * compute(rows, columns)
         if rows == columns:
             np.fill_diagonal(score, -np.inf)

@@ -100,7 +100,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
     return array
 
 
-def _iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, slice]]:
+def iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, slice]]:
     """Slices (rows, columns) that cover the upper triangle of an n × n matrix."""
     if block < 1:
         raise InvalidInput(f"block must be ≥ 1 tensor, got {block}.")
@@ -116,7 +116,7 @@ def _compare_all(
     """The symmetric matrix (trial, other) of an index; labelled where the tensors are."""
     array = check_tensors(tensors)
     compute, matrix = make(array, **options), np.empty((len(array), len(array)))
-    for rows, columns in _iterate_blocks(len(array), block):
+    for rows, columns in iterate_blocks(len(array), block):
         values = compute(rows, columns)
         matrix[rows, columns] = values
         matrix[columns, rows] = values.T

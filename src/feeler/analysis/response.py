@@ -192,7 +192,7 @@ class DampedCosine:
 
 
 @checked
-def _fit_damped_cosine(
+def fit_damped_cosine(
     time: np.ndarray,
     signal: np.ndarray,
     frequency: Annotated[float, Gt(0)],
@@ -363,7 +363,7 @@ def measure_free_response(
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
     cosine = (
-        _fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
+        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
         if fit
         else None
     )

@@ -50,7 +50,7 @@ class _Microscope(Record):
     damping_time: Annotated[float, Gt(0), Unit("ms")] = 1.0
 
 
-class _Films(Record):
+class Films(Record):
     """Films of antennae that are released or hit, by animal.
 
     Attributes
@@ -170,8 +170,8 @@ class AnimalPlan(Record):
     antenna: str = ""
     microscope: _Microscope | None = None
     force: _Forces | None = None
-    releases: _Films | None = None
-    impulses: _Films | None = None
+    releases: Films | None = None
+    impulses: Films | None = None
     walks: _Walks | None = None
     object: _Touched | None = None
     wall: _WallPlan | None = None

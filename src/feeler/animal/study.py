@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from feeler.animal.plan import AnimalPlan, _Films, load_animal
+from feeler.animal.plan import AnimalPlan, Films, load_animal
 from feeler.antenna.files import load_antenna
 from feeler.antenna.segments import Antenna
 from feeler.calibration import (
@@ -264,7 +264,7 @@ def _attempt(
 
 
 def _load(
-    study: AnimalStudy, films: _Films, files: dict[str, str], *, release: bool
+    study: AnimalStudy, films: Films, files: dict[str, str], *, release: bool
 ) -> dict[str, Film]:
     """Films of the releases, each with one, or of impulses."""
     options: dict[str, Any] = {

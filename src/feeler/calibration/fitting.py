@@ -296,10 +296,10 @@ def analyse_directions(
 ) -> EigenParameters:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale
-    return _decompose(problem.hinges.names, p, jacobian)
+    return decompose(problem.hinges.names, p, jacobian)
 
 
-def _decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> EigenParameters:
+def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> EigenParameters:
     """Singular directions of a Jacobian (residual, parameter) in typical changes."""
     _, sensitivity, direction = np.linalg.svd(
         jacobian, full_matrices=jacobian.shape[0] <= jacobian.shape[1]

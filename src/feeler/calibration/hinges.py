@@ -190,7 +190,7 @@ def _make_constant(antenna: Antenna) -> Hinges:
 
 
 @FAMILIES.register("scale")
-def _make_scale(antenna: Antenna) -> Hinges:
+def make_scale(antenna: Antenna) -> Hinges:
     """Two factors on the antenna's own hinges (the robot's fit): p1 on stiffness, p2 on damping."""
     return _make(
         "scale",

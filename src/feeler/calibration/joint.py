@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from feeler.analysis import measure_deflection_ratios
 from feeler.antenna import Antenna, compute_modes
-from feeler.calibration.fitting import EigenParameters, _decompose
+from feeler.calibration.fitting import EigenParameters, decompose
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.measurements import Film, ForceCurve, compute_force
 from feeler.calibration.problem import Protocol
@@ -347,7 +347,7 @@ def fit_measurements(
         interval=origin,
         held=held,
         residual=residual,
-        directions=_decompose(tuple(chosen), hinges.to_p(xs[0]), jacobians[0] * hinges.scale),
+        directions=decompose(tuple(chosen), hinges.to_p(xs[0]), jacobians[0] * hinges.scale),
         start=antenna,
     )
 

@@ -20,8 +20,8 @@ from feeler.calibration.problem import Protocol
 from feeler.calibration.traces import (
     MAX_GAP,
     Traces,
-    _cut_at_release,
     bridge,
+    cut_at_release,
     find_rest,
     read_place,
 )
@@ -438,7 +438,7 @@ class Film(Shown, Record):
             source=self.source,
             bridged=self.bridged.T[keep],
         )
-        return _cut_at_release(traces) if release else traces
+        return cut_at_release(traces) if release else traces
 
 
 @checked

@@ -14,8 +14,8 @@ from scipy.stats import t as student
 
 from feeler.analysis import FreeResponse, check_trace, measure_free_response
 from feeler.antenna.segments import Antenna
-from feeler.calibration.fitting import EigenParameters, _decompose, search
-from feeler.calibration.hinges import Band, Hinges, _make_scale, compute_band
+from feeler.calibration.fitting import EigenParameters, decompose, search
+from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
 from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
@@ -175,7 +175,7 @@ def load_traces(
         source="synthetic" if "synthetic" in words else "recorded",
         bridged=bridged.T,
     )
-    return traces if release == "first" else _cut_at_release(traces)
+    return traces if release == "first" else cut_at_release(traces)
 
 
 def bridge(
@@ -232,7 +232,7 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
 
 
 @checked
-def _cut_at_release(traces: Traces) -> Traces:
+def cut_at_release(traces: Traces) -> Traces:
     """Traces from rest, each animal's cut at its own release (:func:`find_release`).
 
     All are as long as the shortest.
@@ -463,7 +463,7 @@ def fit_traces(
         With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
         animal the linear estimate from its residuals taken as white noise.
     """
-    hinges = _make_scale(antenna) if hinges is None else hinges
+    hinges = make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
     late = LATE[1] * step if traces.found else 0.0
     protocol = (protocol or Protocol()).replace(
@@ -498,7 +498,7 @@ def fit_traces(
         directions=(
             None
             if jacobian is None
-            else _decompose(hinges.names, hinges.to_p(xs[0]), jacobian * hinges.scale)
+            else decompose(hinges.names, hinges.to_p(xs[0]), jacobian * hinges.scale)
         ),
     )
 
@@ -675,7 +675,7 @@ def make_synthetic_traces(
             f"{duration:g} ms at an interval of {interval:g} ms are more than {MAX_SAMPLES:,}"
             " samples; use a longer interval."
         )
-    hinges = _make_scale(antenna)
+    hinges = make_scale(antenna)
     time = np.arange(0.0, duration, interval)
     protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))

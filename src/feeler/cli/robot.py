@@ -71,15 +71,15 @@ from feeler.cli.robot_options import (
     Objects,
     Out,
     Outside,
+    Robot,
     Speeds,
     Timestep,
     TimeUnit,
     Workers,
-    _choose_decoder,
-    _list_given,
     _make_touches,
-    _Robot,
-    _say_progress,
+    choose_decoder,
+    list_given,
+    say_progress,
 )
 from feeler.errors import InvalidInput
 from feeler.files import write_text
@@ -176,18 +176,18 @@ def check(
 
     Also what would be repaired.
     """
-    from feeler.cli.robot_pages import _describe_one, _write_recordings
+    from feeler.cli.robot_pages import describe_one, write_recordings
 
-    robot, units = _Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
-    known = [_describe_one(path.name, one) for path, one in zip(recordings, read, strict=True)]
+    known = [describe_one(path.name, one) for path, one in zip(recordings, read, strict=True)]
     words = "{file}: {channels} channels, {duration_ms:g} ms, source {source}".format
     lines = [
         line for one in known for line in (words(**one), *(f"  {w}" for w in one["history"]))
     ]
     say(as_json, known, lines)
     if out is not None:
-        typer.echo(f"page: {_write_recordings(out, known, read)}", err=True)
+        typer.echo(f"page: {write_recordings(out, known, read)}", err=True)
 
 
 @app.command()
@@ -216,7 +216,7 @@ def convert(
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
-    robot, units = _Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
     dataset = make_dataset(read, robot.antenna, lengths=lengths)
     save(dataset, out)
@@ -243,16 +243,16 @@ def fit(
 
     Fit the stiffness and damping factors p1 and p2 to a recorded release.
     """
-    from feeler.cli.robot_pages import _describe_fit, _write_fit
+    from feeler.cli.robot_pages import _describe_fit, write_fit
     from feeler.robot import compare_tips, fit_factors, make_flexures
 
-    robot, sheet = _Robot(antenna, joints), _list_given(thickness=thickness, length=length)
+    robot, sheet = Robot(antenna, joints), list_given(thickness=thickness, length=length)
     if sheet and antenna != "robot":
         raise InvalidInput(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
     units = {"unit": unit, "time_unit": time_unit}
-    how = _list_given(engine=engine, timestep=timestep)
+    how = list_given(engine=engine, timestep=timestep)
     read = robot.read([recording], calibration, "refuse", "refuse", bad_channels, **units)[0]
     theory = (
         {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
@@ -260,7 +260,7 @@ def fit(
     result = fit_factors(read, **theory, **how)
     if out is not None:
         typer.echo(
-            f"page: {_write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
+            f"page: {write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
             err=True,
         )
     lines = [
@@ -312,18 +312,18 @@ def classify(
     from feeler.robot import subtract_rest
     from feeler.robot.classify import judge_recording
 
-    robot, units = _Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     said = {"objects": objects, "locations": locations, "speeds": speeds}
-    how = _list_given(engine=engine, timestep=timestep, workers=workers)
+    how = list_given(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
-        robot.adopt(_choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
+        robot.adopt(choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
     read = [
         subtract_rest(recording)
         for recording in robot.read(
             recordings, calibration, outside, gaps, bad_channels, **units
         )
     ]
-    chosen = robot.decoder or _choose_decoder(None, robot, said, robots, **how)
+    chosen = robot.decoder or choose_decoder(None, robot, said, robots, **how)
     judged = [
         judge_recording(chosen.classifier, one, robot.antenna, chosen.before) for one in read
     ]
@@ -339,9 +339,9 @@ def classify(
     ]
     say(as_json, found, lines)
     if out is not None:
-        from feeler.cli.robot_pages import _write_answers
+        from feeler.cli.robot_pages import write_answers
 
-        typer.echo(f"page: {_write_answers(out, found, answers, aligned)}", err=True)
+        typer.echo(f"page: {write_answers(out, found, answers, aligned)}", err=True)
 
 
 @app.command()
@@ -369,7 +369,7 @@ def gap(
     touches = _make_touches(objects, locations, speeds) if own else None
     with ProgressBar("parts of the gap") as progress:
         scores = measure_parts(
-            _Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
+            Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
         )
     found = {
         name: {what: score.share(what) for what in score.correct}
@@ -381,9 +381,9 @@ def gap(
     plain = {"contacts": contacts, "robots": robots, "seed": seed, "shares": found}
     say(as_json, plain, lines)
     if out is not None:
-        from feeler.cli.robot_pages import _write_gap
+        from feeler.cli.robot_pages import write_gap
 
-        typer.echo(f"page: {_write_gap(out, found, contacts)}", err=True)
+        typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
 
 
 @app.command()
@@ -427,19 +427,17 @@ def train(
     classify, stream, Python and a ROS 2 node load the file and answer at once. It holds how it was
     trained, the calibration, the channels' names, and its accuracy on robots that were left out.
     """
-    from feeler.robot import load_calibration
     from feeler.robot.decoder import train_decoder
 
     for file in (out, *([header] if header else [])):
         require_new(file)
     if not out.parent.is_dir():
         raise InvalidInput(f"there is no folder {out.parent}. Make it first.")
-    chosen = _Robot(robot, joints)
+    chosen = Robot(robot, joints)
     touches = _make_touches(objects, locations, speeds, friction)
-    path = calibration or chosen.calibration
-    lines = None if path is None else load_calibration(path)
+    lines = chosen.load_lines(calibration)
     chosen.check_lines(lines)
-    with _say_progress(touches, robots) as progress:
+    with say_progress(touches, robots) as progress:
         decoder = train_decoder(
             chosen.antenna,
             touches,
@@ -449,7 +447,7 @@ def train(
             calibration=lines,
             joints=chosen.joints,
             progress=progress,
-            **_list_given(engine=engine, timestep=timestep, workers=workers),
+            **list_given(engine=engine, timestep=timestep, workers=workers),
         )
     decoder.save(out)
     known: dict[str, Any] = {

@@ -24,14 +24,14 @@ from feeler.cli.robot_options import (
     Objects,
     Out,
     Outside,
+    Robot,
     Speeds,
     Timestep,
     TimeUnit,
     Workers,
-    _choose_decoder,
-    _list_given,
-    _parse_missing,
-    _Robot,
+    choose_decoder,
+    list_given,
+    split_numbers,
 )
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import write_text
@@ -104,11 +104,11 @@ def stream(
 
     if serial:
         require_extra("serial", "robot", "a serial port")
-    robot, gone = _Robot(antenna), _parse_missing(missing)
+    robot, gone = Robot(antenna), split_numbers("--missing", missing, int) or ()
     said = {"objects": objects, "locations": locations, "speeds": speeds}
-    how = _list_given(engine=engine, timestep=timestep, workers=workers)
+    how = list_given(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
-        robot.adopt(_choose_decoder(decoder, robot, said, **how), antenna != "robot")
+        robot.adopt(choose_decoder(decoder, robot, said, **how), antenna != "robot")
     lines = robot.load_lines(calibration)
     robot.check_lines(lines)
     n = robot.antenna.sensors.size
@@ -121,7 +121,7 @@ def stream(
         recording = robot.load(source, lines, outside, "missing", **units)
         labels = recording.labels
         samples = zip(recording.time, recording.values.T, strict=True)
-    chosen = robot.decoder or _choose_decoder(None, robot, said, **how)
+    chosen = robot.decoder or choose_decoder(None, robot, said, **how)
     chosen.stream.threshold = threshold
     touch = chosen.start(missing=gone, labels=labels)
     if readings is not None:
@@ -147,9 +147,9 @@ def stream(
         contact = state is not None and state.since_contact >= 0
         say(as_json, *_describe_whole(contact, touch, watch, labels))
         if out is not None and touch.kept:
-            from feeler.cli.robot_pages import _write_stream
+            from feeler.cli.robot_pages import write_stream
 
-            page = _write_stream(out, chosen.stream.classes_, list(touch.kept))
+            page = write_stream(out, chosen.stream.classes_, list(touch.kept))
             typer.echo(f"page: {page}", err=True)
         if end is not None:
             raise end
@@ -295,7 +295,7 @@ def replay(
     from feeler.robot import load_recording
     from feeler.robot.stream import frame_sample
 
-    read = load_recording(recording, **_Robot(antenna).channels)
+    read = load_recording(recording, **Robot(antenna).channels)
     began = time.monotonic()
     for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
         wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()

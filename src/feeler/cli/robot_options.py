@@ -84,12 +84,12 @@ DecoderFile = Annotated[
 ]
 
 
-def _list_given(**options: Any) -> dict[str, Any]:
+def list_given(**options: Any) -> dict[str, Any]:
     """What was said on the command line."""
     return {name: value for name, value in options.items() if value is not None}
 
 
-class _Robot:
+class Robot:
     """What --antenna says: the antenna, and of a robot file also its calibration and joints."""
 
     def __init__(self, name: str, joints: str | None = None) -> None:
@@ -186,29 +186,29 @@ def _make_touches(
 
     features = None if objects is None else load_objects(objects)
     return make_robot_touches(
-        **_list_given(
+        **list_given(
             features=features,
-            locations=_split("--locations", locations),
-            speeds=_split("--speeds", speeds),
+            locations=split_numbers("--locations", locations),
+            speeds=split_numbers("--speeds", speeds),
             friction=friction,
         )
     )
 
 
-def _split(option: str, text: str | None) -> tuple[float, ...] | None:
+def split_numbers(option: str, text: str | None, kind: type = float) -> tuple | None:
+    """The numbers of an option such as ``--speeds 0.1,0.3``, each once; None where it was not
+    given.
+    """
     try:
-        return (
-            None
-            if text is None
-            else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
-        )
+        return None if text is None else tuple(dict.fromkeys(map(kind, text.split(","))))
     except ValueError:
+        such = "0.1,0.3" if kind is float else "4,7"
         raise InvalidInput(
-            f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}."
+            f"{option} must be numbers with commas between, as in {such}; got {text!r}."
         ) from None
 
 
-def _say_progress(touches: list, robots: int) -> Any:
+def say_progress(touches: list, robots: int) -> Any:
     """A bar, and before it a line on what is to be done."""
     half = (robots + 1) // 2
     typer.echo(
@@ -219,9 +219,9 @@ def _say_progress(touches: list, robots: int) -> Any:
     return ProgressBar("surrogate robots")
 
 
-def _choose_decoder(
+def choose_decoder(
     file: Path | None,
-    robot: _Robot,
+    robot: Robot,
     said: dict[str, Any],
     robots: int = 24,
     **how: Any,
@@ -250,18 +250,8 @@ def _choose_decoder(
         if decoder is not None:
             typer.echo(f"decoder trained before with these settings: {kept}", err=True)
             return decoder
-    with _say_progress(touches, robots) as progress:
+    with say_progress(touches, robots) as progress:
         decoder = train_decoder(robot.antenna, touches, robots=robots, progress=progress, **how)
     if keep_cached(decoder, kept):
         typer.echo(f"kept for the next time: {kept}", err=True)
     return decoder
-
-
-def _parse_missing(text: str | None) -> tuple[int, ...]:
-    """Numbers of sensors from ``--missing 4,7``."""
-    try:
-        return () if text is None else tuple(dict.fromkeys(map(int, text.split(","))))
-    except ValueError:
-        raise InvalidInput(
-            f"--missing must be numbers of sensors with commas between, as in 4,7; got {text!r}."
-        ) from None

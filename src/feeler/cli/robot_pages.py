@@ -21,7 +21,7 @@ from feeler.robot.fit import RobotFit
 from feeler.robot.recordings import Recording
 
 
-def _write_answers(
+def write_answers(
     out: Path,
     found: Sequence[Mapping[str, Any]],
     answers: Sequence[Answer],
@@ -75,7 +75,7 @@ def _write_answers(
     )
 
 
-def _write_recordings(
+def write_recordings(
     out: Path, rows: Sequence[Mapping[str, Any]], recordings: Sequence[Recording]
 ) -> Path:
     """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong
@@ -113,13 +113,13 @@ def _write_recordings(
     )
 
 
-def _describe_one(name: str, one: Recording) -> dict[str, Any]:
+def describe_one(name: str, one: Recording) -> dict[str, Any]:
     """What ``feeler robot check`` says of a recording, as plain data."""
     known = {"channels": one.n_sensors, "duration_ms": float(one.time[-1])}
     return {"file": name, **known, "source": one.source, "history": list(one.history)}
 
 
-def _write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
+def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
     """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the
     fitted model moves it.
     """
@@ -170,7 +170,7 @@ def _describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
     }
 
 
-def _write_stream(
+def write_stream(
     out: Path,
     classes: Sequence[tuple],
     kept: Sequence[tuple[float | None, np.ndarray, StreamState]],
@@ -217,7 +217,7 @@ def _write_stream(
     )
 
 
-def _write_gap(
+def write_gap(
     out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int
 ) -> Path:
     """robot.html, robot.png and robot.json: what each part of the gap costs, as bars."""

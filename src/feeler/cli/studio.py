@@ -54,14 +54,14 @@ def studio(
     """
     import webbrowser
 
-    from feeler.cli.robot_options import _Robot
+    from feeler.cli.robot_options import Robot
     from feeler.presets import PRESETS
     from feeler.renamed import rename_antenna
     from feeler.robot import load_calibration
     from feeler.studio import Boards, Studio
     from feeler.studio.requests import wish_for
 
-    robot = _Robot(antenna)
+    robot = Robot(antenna)
     wish = wish_for(known if (known := rename_antenna(antenna)) in PRESETS else robot.antenna)
     if page is not None:
         _write(page, wish)

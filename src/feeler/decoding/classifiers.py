@@ -84,10 +84,10 @@ def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
 
 def sort_classes(labels: Iterable[Any]) -> np.ndarray:
     """Each label once, sorted, as an array (class,); tuples stay tuples."""
-    return _list_classes(sorted(set(labels)))
+    return list_classes(sorted(set(labels)))
 
 
-def _list_classes(classes: Sequence[Any]) -> np.ndarray:
+def list_classes(classes: Sequence[Any]) -> np.ndarray:
     """Classes as an array (class,) in their order; tuples stay tuples."""
     nested = any(isinstance(one, tuple) for one in classes)
     return _keep_objects(classes) if nested else np.array(classes)
@@ -548,7 +548,7 @@ class _FlatPipeline(Classifier, Pipeline):
         """Probabilities, or votes as such where the last step gives none."""
         if hasattr(self.steps[-1][1], "predict_proba"):
             return Pipeline.predict_proba(self, _flatten(X))
-        return softmax(_compute_decision_scores(self.decision_function(X)), axis=1)
+        return softmax(compute_decision_scores(self.decision_function(X)), axis=1)
 
     def __sklearn_tags__(self) -> Any:
         """Two dimensions or three; principal components are of double precision."""
@@ -712,7 +712,7 @@ def make_svm(
     return _chain(n_components, StandardScaler(), SVC(kernel=kernel, C=C))
 
 
-def _compute_decision_scores(decision: np.ndarray) -> np.ndarray:
+def compute_decision_scores(decision: np.ndarray) -> np.ndarray:
     """Scores (trial, class) of a support vector machine, which gives two classes one number."""
     return np.stack([-decision, decision], axis=1) if decision.ndim == 1 else decision
 

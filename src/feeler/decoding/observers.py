@@ -14,14 +14,14 @@ from feeler.decoding.classifiers import (
     Classifier,
     Labels,
     PrincipalComponents,
-    _list_classes,
     check_counts,
     check_labels,
     count_until,
+    list_classes,
     number_labels,
     sort_classes,
 )
-from feeler.decoding.transfer import _find_temperature
+from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import Noise, parse_noise
 from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
@@ -366,7 +366,7 @@ class StudentTClassifier(Classifier):
             )
         self.confusion_ = np.zeros((len(self.classes_),) * 2, dtype=int)
         np.add.at(self.confusion_, (number[seen], squared[seen].argmin(axis=1)), 1)
-        self.temperature_ = _find_temperature(self._score(squared[seen]), number[seen])
+        self.temperature_ = find_temperature(self._score(squared[seen]), number[seen])
         self._limit(squared[seen].min(axis=1), likelier[seen])
         self.held_out_ = np.full(len(flat), np.nan)
         self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
@@ -443,7 +443,7 @@ class StudentTClassifier(Classifier):
     ) -> "StudentTClassifier":
         """What :meth:`pack` gave; ``taught`` is the training set where it is kept elsewhere."""
         made = cls(**settings["parameters"])
-        made.classes_ = _list_classes([_freeze_label(label) for label in settings["classes"]])
+        made.classes_ = list_classes([_freeze_label(label) for label in settings["classes"]])
         made.shape_ = tuple(settings["shape"])
         made._means, made._round = arrays["means"], arrays["round"]
         made._components = PrincipalComponents(len(arrays["components"]))

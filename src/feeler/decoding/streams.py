@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.special import logsumexp
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.classifiers import Classifier, Labels, _list_classes, sort_classes
+from feeler.decoding.classifiers import Classifier, Labels, list_classes, sort_classes
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
@@ -581,7 +581,7 @@ class StreamDecoder(Classifier):
                 f" {n_sensors}."
             )
         self._check_lengths(n_sensors)
-        self.classes_, self.n_sensors_ = _list_classes(classes), int(n_sensors)
+        self.classes_, self.n_sensors_ = list_classes(classes), int(n_sensors)
         return self
 
     @property
@@ -808,7 +808,7 @@ class StreamDecoder(Classifier):
         find_limits(None).check_bytes(
             2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
         )
-        self.classes_ = _list_classes(labels)
+        self.classes_ = list_classes(labels)
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
         self.n_sensors_, self.correlation_ = int(n_sensors), float(settings["correlation"])
         self._pack()

@@ -19,7 +19,7 @@ from feeler.decoding.classifiers import (
     NO_CONTACT,
     Classifier,
     Labels,
-    _compute_decision_scores,
+    compute_decision_scores,
     number_labels,
     sort_classes,
 )
@@ -204,7 +204,7 @@ class TransferClassifier(Classifier):
                 "temper needs touches with contact and labels that the classifier knows; got none."
             )
         true = number_labels([y[k] for k in seen], self.classes_)
-        self.temperature_ = _find_temperature(votes[seen], true)
+        self.temperature_ = find_temperature(votes[seen], true)
         return self
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
@@ -218,7 +218,7 @@ class TransferClassifier(Classifier):
         touched = np.isfinite(X).all(axis=(1, 2))
         if touched.any():
             kernel = X[touched].reshape(touched.sum(), -1) / self.scale_ @ self.copies_.T
-            votes[touched] = _compute_decision_scores(self.svm_.decision_function(kernel))
+            votes[touched] = compute_decision_scores(self.svm_.decision_function(kernel))
         return votes
 
     def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:
@@ -232,7 +232,7 @@ class TransferClassifier(Classifier):
         return ranked
 
 
-def _find_temperature(scores: np.ndarray, true: np.ndarray) -> float:
+def find_temperature(scores: np.ndarray, true: np.ndarray) -> float:
     """The T with the greatest mean log probability of the true classes."""
     chosen = np.arange(true.size), true
     fits = [log_softmax(scores / t, axis=1)[chosen].mean() for t in TEMPERATURES]

@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.files import read_toml
 from feeler.objects.distance import compute_clearance
-from feeler.objects.meshes import _compute_gap_in_space
+from feeler.objects.meshes import compute_gap_in_space
 from feeler.objects.motion import BaseMotion, Vector, lift, lift_turn
 from feeler.objects.shapes import SHAPES, Feature, digest_numbers, make_feature
 from feeler.objects.trials import FRICTION, Trial, place
@@ -206,7 +206,7 @@ def check_clear(
     for item in objects:
         if antenna.spatial:
             own = item.lift()
-            gap = _compute_gap_in_space(
+            gap = compute_gap_in_space(
                 points, antenna.radius, item.feature, own.place, own.axes
             )
         elif item.spatial:

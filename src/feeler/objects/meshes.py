@@ -306,7 +306,7 @@ def is_box(corners: np.ndarray) -> bool:
     return len(corners) == 8 and all(np.unique(row).size == 2 for row in corners.T)
 
 
-def _compute_gap_in_space(
+def compute_gap_in_space(
     points: np.ndarray, radius: np.ndarray, feature: Feature, origin: Any, axes: np.ndarray
 ) -> float:
     """Smallest gap [mm] between surfaces, negative where they overlap: of an antenna's points
@@ -355,7 +355,7 @@ def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
 
     def measure(back: float) -> float:
         where = aim - back * forward
-        return _compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
+        return compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
 
     back = 0.0
     for _ in range(_MARCHES):

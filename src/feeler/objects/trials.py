@@ -13,7 +13,7 @@ import numpy as np
 from feeler.antenna.segments import Antenna, to_matrix
 from feeler.errors import InvalidInput
 from feeler.objects.distance import compute_clearance, find_touching
-from feeler.objects.meshes import _compute_gap_in_space, place_in_space
+from feeler.objects.meshes import compute_gap_in_space, place_in_space
 from feeler.objects.motion import BaseMotion, read_base
 from feeler.objects.shapes import Ball, Box, Feature, Triangle, trace_rim
 from feeler.records import Ge, Gt, Le, Lt, Record, Unit, make_picture
@@ -258,7 +258,7 @@ def _place_solid(antenna: Antenna, trial: Trial) -> Placement:
     origin = origin - _ROOM * axes[0] - trial.lead * velocity
     if trial.base_motion is not None:
         points = antenna.shape(base_angle=poses[0, 3:]) + poses[0, :3]
-        if _compute_gap_in_space(points, antenna.radius, trial.shape, origin, axes) <= 0:
+        if compute_gap_in_space(points, antenna.radius, trial.shape, origin, axes) <= 0:
             raise InvalidInput(_STARTS_INSIDE.format(trial.label))
     return Placement(
         origin=origin,

@@ -11,7 +11,7 @@ from sklearn.model_selection import PredefinedSplit, cross_val_predict
 
 from feeler.decoding.classifiers import number_labels
 from feeler.robot.decoder import RobotDecoder
-from feeler.robot.description import _list_lengths
+from feeler.robot.description import list_lengths
 
 _WINDOWS = (200, 400, 800)  # [C] ms after contact, of which the most accurate is taken
 _BIN = 20  # [C] ms that are averaged to one number
@@ -104,7 +104,7 @@ def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
         window=window,
         accuracy=share,
         classes=[classes[k] for k in fitted.classes_],
-        lengths=_list_lengths(decoder.antenna),
+        lengths=list_lengths(decoder.antenna),
         onset=decoder.stream.onset,
         confirm=decoder.stream.confirm,
     )

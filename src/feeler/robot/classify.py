@@ -280,7 +280,7 @@ class Answer:
         }
 
 
-def _count_after_peak(recording: Recording, antenna: Antenna) -> int:
+def count_after_peak(recording: Recording, antenna: Antenna) -> int:
     """Samples after the tip's first peak; −1 where there is no peak yet."""
     tip = compute_tip(antenna, recording.values)
     peak = find_first_peak(-tip if find_direction(tip) < 0 else tip)

@@ -24,21 +24,21 @@ from feeler.provenance import PHYSICS, find_version, to_jsonable
 from feeler.records import Gt, Unit
 from feeler.robot.classify import (
     Answer,
-    _count_after_peak,
+    count_after_peak,
     draw_training_set,
     judge_recording,
     make_classifier,
     name_touch,
 )
 from feeler.robot.description import Joints, RobotFile, make_robot, make_touches
-from feeler.robot.reality import _choose_before, make_decoder
+from feeler.robot.reality import choose_before, make_decoder
 from feeler.robot.recordings import Recording, find_unit
 from feeler.robot.repair import repair
 from feeler.robot.sensors import (
     SensorCalibration,
-    _parse_calibration,
-    _write_calibration,
     load_calibration,
+    parse_calibration,
+    write_calibration,
 )
 from feeler.robot.surrogate import Gap, subtract_rest
 from feeler.tensors.formats import Model, load_model, save_model
@@ -253,7 +253,7 @@ class _LiveTouch:
         try:
             felt = Recording(time=clock, values=values, labels=self._labels)
             felt = subtract_rest(repair(felt, gaps="bridge", bad_channels="missing"))
-            if untruncated and _count_after_peak(felt, self._antenna) < AFTER:
+            if untruncated and count_after_peak(felt, self._antenna) < AFTER:
                 return None
             return judge_recording(self._classifier, felt, self._antenna, self._before)[0]
         except InvalidInput:  # a stream may hold what a recording must not
@@ -413,7 +413,7 @@ class RobotDecoder:
             "accuracy": self.accuracy,
             "calibration": None
             if self.calibration is None
-            else _write_calibration(self.calibration),
+            else write_calibration(self.calibration),
             "joints": list(self.joints),
         }
         for part, (found, said) in zip(_PARTS, packed, strict=True):
@@ -455,7 +455,7 @@ class RobotDecoder:
                 stream=stream,
                 before=int(said["before"]),
                 tolerance=dict(said["tolerance"]),
-                calibration=None if lines is None else _parse_calibration(lines, str(path)),
+                calibration=None if lines is None else parse_calibration(lines, str(path)),
                 joints=tuple(map(str, said["joints"])),
             )
         except (
@@ -558,7 +558,7 @@ def train_decoder(
         recipe=_describe_recipe(trials, robots, seed, gap, how),
         classifier=classifier,
         stream=stream,
-        before=_choose_before(antenna, trials),
+        before=choose_before(antenna, trials),
         tolerance=_measure_tolerance(classifier, seed),
         calibration=calibration,
         joints=joints,

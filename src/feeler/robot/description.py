@@ -528,11 +528,11 @@ def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> l
     ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`_choose_duration`) and,
     as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
     """
-    return _simulate_pairs([(antenna, trial) for trial in trials], **how)
+    return simulate_pairs([(antenna, trial) for trial in trials], **how)
 
 
 @checked
-def _simulate_pairs(
+def simulate_pairs(
     pairs: Sequence[tuple[Antenna, Trial]],
     *,
     duration: float | None = None,
@@ -580,7 +580,7 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
 
 
 @checked
-def _list_lengths(antenna: Antenna) -> np.ndarray:
+def list_lengths(antenna: Antenna) -> np.ndarray:
     """Lengths (sensor,) [mm] of an antenna from each sensor to the next, of the last to the tip."""
     return np.add.reduceat(antenna.segment_length, antenna.sensors - 1)
 
@@ -595,7 +595,7 @@ def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]
     """
     length = antenna.segment_length
     if np.shape(angle)[-2:-1] == (antenna.sensors.size,):
-        length = _list_lengths(antenna)
+        length = list_lengths(antenna)
     elif np.shape(angle)[-2:-1] != (antenna.n_segments,):
         raise InvalidInput(
             f"angle needs the {antenna.n_segments} hinges of the antenna, or its"

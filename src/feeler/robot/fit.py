@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from scipy.signal import find_peaks
 
-from feeler.analysis.response import DampedCosine, _fit_damped_cosine, check_trace
+from feeler.analysis.response import DampedCosine, check_trace, fit_damped_cosine
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -77,9 +77,7 @@ def _measure_ringing(time: np.ndarray, tip: np.ndarray) -> DampedCosine:
     extremes, _ = find_peaks(np.abs(away), prominence=0.05 * np.abs(away).max())
     if extremes.size >= 2:
         guesses.append(1 / (2 * (extremes[1] - extremes[0]) * interval))
-    found = [
-        _fit_damped_cosine(time, tip, f, ratio) for f in guesses for ratio in (0.016, 0.16)
-    ]
+    found = [fit_damped_cosine(time, tip, f, ratio) for f in guesses for ratio in (0.016, 0.16)]
     return min(found, key=lambda fit: fit.residual)
 
 

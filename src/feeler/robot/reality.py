@@ -26,22 +26,22 @@ from feeler.progress import Advance, show_progress
 from feeler.robot.description import (
     ROBOT_SPEEDS,
     Label,
-    _list_lengths,
-    _simulate_pairs,
     compute_tip,
     get_label,
+    list_lengths,
     make_robot,
     make_touches,
+    simulate_pairs,
     simulate_touches,
 )
 from feeler.robot.recordings import Recording
 from feeler.robot.surrogate import (
     Gap,
     Surrogate,
-    _draw_antenna,
-    _draw_trial,
-    _make_tip_touches,
+    draw_antenna,
+    draw_trial,
     make_surrogate,
+    make_tip_touches,
 )
 from feeler.validation import Count, Seed, checked
 
@@ -121,7 +121,7 @@ def make_training(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, n_variants, gap, rng, how)
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
-    values = _align(antenna, motions, _choose_before(antenna, trials))
+    values = _align(antenna, motions, choose_before(antenna, trials))
     touches = Touches(values=values, labels=labels, antenna=antenna, motions=tuple(motions))
     return touches.take(np.flatnonzero(touches.touched))
 
@@ -141,17 +141,17 @@ def _simulate(
         if rng is None:
             raise InvalidInput(f"{n_variants} variants are drawn at random, which needs rng=.")
         size = Gap() if gap is None else gap
-        variants = [_draw_antenna(antenna, size, rng) for _ in range(n_variants)]
+        variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
         pairs = [
-            (variant, _draw_trial(trial, size, rng)) for variant in variants for trial in trials
+            (variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials
         ]
-        motions += _simulate_pairs(pairs, **how)
+        motions += simulate_pairs(pairs, **how)
     sensed = [motion[antenna.sensors - 1] for motion in motions]
     return [motion - motion[:, :1] for motion in sensed]
 
 
 @checked
-def _choose_before(antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)]) -> int:
+def choose_before(antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)]) -> int:
     """Samples to keep before the peak.
 
     The paper's window, longer where slower touches or a longer antenna need it.
@@ -184,7 +184,7 @@ def _read(
         values=_align(
             antenna,
             [recording.values for recording in recordings],
-            _choose_before(antenna, trials),
+            choose_before(antenna, trials),
         ),
         labels=tuple(get_label(trial) for trial in trials),
         antenna=antenna,
@@ -239,9 +239,9 @@ def make_decoder(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, 1, None, np.random.default_rng([seed, 1]), how)
     labels, n = [get_label(trial) for trial in trials], len(trials)
-    window = StreamDecoder().window + _choose_before(antenna, trials) - BEFORE
+    window = StreamDecoder().window + choose_before(antenna, trials) - BEFORE
     return (
-        StreamDecoder(threshold=threshold, window=window, lengths=tuple(_list_lengths(antenna)))
+        StreamDecoder(threshold=threshold, window=window, lengths=tuple(list_lengths(antenna)))
         .fit(motions[:n], labels)
         .temper(motions[n:], labels)
     )
@@ -284,9 +284,9 @@ def touch_robots(
     All robots are simulated together; ``how`` may hold engine, timestep and workers.
     """
     antenna = make_robot() if antenna is None else antenna
-    trials = _make_tip_touches(repeats) if trials is None else list(trials) * repeats
+    trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
     pairs = [pair for robot in robots for pair in robot.carry_out(trials)]
-    motions = iter(_simulate_pairs(pairs, reach=antenna.length / make_robot().length, **how))
+    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length, **how))
     read = []
     for robot in robots:
         raw = [robot.record(next(motions), trial) for trial in trials]
@@ -338,7 +338,7 @@ def sweep_shots(
 
 
 def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> TransferScore:
-    per_round = len(_make_tip_touches())
+    per_round = len(make_tip_touches())
     shown = np.arange(k * per_round)
     known = touches.take(shown[touches.touched[shown]])
     tested = touches.take(np.arange(most * per_round, len(touches.labels)))
@@ -414,7 +414,7 @@ def measure_parts(
     training = make_training(antenna, trials)
     classifier = TransferClassifier().fit(training.values, training.labels)
     tested, nominal = (
-        (_make_tip_touches() if trials is None else list(trials)),
+        (make_tip_touches() if trials is None else list(trials)),
         antenna or make_robot(),
     )
     parts, scores = PARTS if parts is None else parts, {}

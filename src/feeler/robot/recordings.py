@@ -23,7 +23,7 @@ from feeler.robot.sensors import (
     load_calibration,
     load_calibration_table,
 )
-from feeler.robot.stream import _unwrap_clock
+from feeler.robot.stream import unwrap_clock
 from feeler.sandbox import Limits
 from feeler.tensors.bags import choose_names, describe_bag, find_bag, read_bag, sort_names
 from feeler.tensors.formats import Format
@@ -222,7 +222,7 @@ def load_recording(
     else:
         table = _number_joints(read_bag(*bag, joints), joints)
     written = _read_time(table, time_unit)
-    time = _check_time(table, _unwrap_clock(written))
+    time = _check_time(table, unwrap_clock(written))
     numbers, columns, found = _find_channels(table)
     table.refuse_words(*(table.columns[k] for k in columns))
     lenient = bad_channels == "missing"

@@ -524,12 +524,12 @@ _MAX_FILE = 2**20
 def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
     """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
     with writing(path) as part:
-        text = json.dumps(_write_calibration(calibration), indent=1)
+        text = json.dumps(write_calibration(calibration), indent=1)
         part.write_text(text + "\n", encoding="utf-8")
 
 
-def _write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
-    """A calibration in JSON's types, for :func:`_parse_calibration`."""
+def write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
+    """A calibration in JSON's types, for :func:`parse_calibration`."""
     plain = calibration.to_plain()
     words = {name: plain.pop(name) for name in ("robot", "unit", "curve")}
     content = {"format": _FORMAT, "version": _VERSION, **words}
@@ -539,8 +539,8 @@ def _write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
     return content
 
 
-def _parse_calibration(content: dict[str, Any], name: str) -> SensorCalibration:
-    """What :func:`_write_calibration` gave; ``name`` is the file's, for messages.
+def parse_calibration(content: dict[str, Any], name: str) -> SensorCalibration:
+    """What :func:`write_calibration` gave; ``name`` is the file's, for messages.
 
     Raises
     ------
@@ -573,4 +573,4 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
     except InvalidInput as error:
         advice = "`feeler robot calibrate` makes a calibration from a table."
         raise InvalidInput(f"{error} {advice}") from error
-    return _parse_calibration(content, Path(path).name)
+    return parse_calibration(content, Path(path).name)

@@ -43,7 +43,7 @@ def frame_sample(number: int, time: float, values: np.ndarray) -> str:
     return f"${body}*{_sum(body):02X}"
 
 
-def _unwrap_clock(time: np.ndarray) -> np.ndarray:
+def unwrap_clock(time: np.ndarray) -> np.ndarray:
     """Times (sample,) [ms] that go on where a board's clock began anew.
 
     Times that fall by less than half of its range stay.

@@ -20,9 +20,9 @@ from feeler.robot.description import (
     ROBOT_LEAD,
     ROBOT_LOCATIONS,
     ROBOT_SPEEDS,
-    _simulate_pairs,
     make_robot,
     make_touches,
+    simulate_pairs,
 )
 from feeler.robot.recordings import Recording
 from feeler.robot.repair import repair
@@ -118,7 +118,7 @@ class Gap(Record):
         return Gap(**{**values, "dropped": min(values["dropped"], 0.4)})
 
 
-def _draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
+def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
     """The same antenna with its mechanics drawn around the nominal.
 
     Shares are log-normal, so all stay positive.
@@ -138,7 +138,7 @@ def _draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Anten
     )
 
 
-def _draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
+def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
     """The same touch as an experimenter would carry it out.
 
     Place, speed, size, direction and friction are drawn.
@@ -296,7 +296,7 @@ class Surrogate:
 
         They hold capacitance at uneven times and lack dropped samples.
         """
-        motions = _simulate_pairs(self.carry_out(trials), **how)
+        motions = simulate_pairs(self.carry_out(trials), **how)
         return [
             self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)
         ]
@@ -306,7 +306,7 @@ class Surrogate:
         # locations count from hinge 1, behind the mount
         free, pairs = self.antenna.length - self.mount, []
         for trial in trials:
-            moved = _draw_trial(trial, self.gap, self.rng)
+            moved = draw_trial(trial, self.gap, self.rng)
             share = (self.mount + moved.location * free) / self.antenna.length
             pairs.append((self.antenna, replace(moved, location=min(share, 1.0))))
         return pairs
@@ -361,7 +361,7 @@ def make_surrogate(
     Defaults are :func:`make_robot` and one :class:`Gap`.
     """
     gap = Gap() if gap is None else gap
-    antenna = _draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
+    antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
     sensing = _draw_sensing(gap, antenna.sensors.size, rng)
     return Surrogate(
         antenna=_add_mount(antenna, gap).replace(name=name),
@@ -413,6 +413,6 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 
 
 @checked
-def _make_tip_touches(repeats: Count = 1) -> list[Trial]:
+def make_tip_touches(repeats: Count = 1) -> list[Trial]:
     """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
     return make_touches(locations=ROBOT_LOCATIONS[-1:], speeds=ROBOT_SPEEDS) * repeats

@@ -22,7 +22,7 @@ from feeler.errors import InvalidInput
 from feeler.files import read_start, read_text
 from feeler.records import Choice, Gt, Shown
 from feeler.sandbox import open_guarded
-from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, _encode_touch, _find_step
+from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, find_step
 from feeler.spikes.trains import attach_trains, count_spikes
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
@@ -605,7 +605,7 @@ def fit_sensillum(
     peak = float(stimulus.max())
     if not (np.isfinite(stimulus).all() and peak > 0):
         raise InvalidInput("the stimulus must be finite and somewhere above 0; mind its sign.")
-    step = _find_step(in_unit(recorded["time"], "ms").values)
+    step = find_step(in_unit(recorded["time"], "ms").values)
     felt = np.ascontiguousarray(np.repeat(stimulus[:, :, None], 2, axis=2))
 
     def compute_rate(p: np.ndarray) -> np.ndarray:
@@ -614,7 +614,7 @@ def fit_sensillum(
         rates = np.empty((*stimulus.shape, 1))
         gain = np.array([np.exp(p[0]) / peak])
         for samples, rate in zip(felt, rates, strict=True):
-            _encode_touch(samples, np.array([0]), np.zeros(1), gain, table, step, rate)
+            encode_touch(samples, np.array([0]), np.zeros(1), gain, table, step, rate)
         return rates[:, :, 0]
 
     def cost(p: np.ndarray) -> float:

@@ -131,7 +131,7 @@ def step_units(sample, taps, shares, gains, table, step, excess, before, rate):
 
 
 @compiled
-def _encode_touch(samples, taps, shares, gains, table, step, rates):
+def encode_touch(samples, taps, shares, gains, table, step, rates):
     """Rates (time, unit) of one touch (time, sensor) that begins at rest; returns the stiffness."""
     units = rates.shape[1]
     excess, before, stiffest = np.zeros(units), np.zeros(units), 0.0
@@ -144,7 +144,7 @@ def _encode_touch(samples, taps, shares, gains, table, step, rates):
 
 
 @compiled
-def _start_firing(order, rng, left):
+def start_firing(order, rng, left):
     """Draw for each unit how much of ∫ rate dt is left until its first spike, as if long begun."""
     for k in range(left.size):
         left[k] = 0.0
@@ -182,12 +182,12 @@ def fire(rate, begin, step, order, refractory, spread, rng, left, ready, units, 
 
 
 @compiled
-def _fire_touch(rates, begin, step, order, refractory, spread, rng):
+def fire_touch(rates, begin, step, order, refractory, spread, rng):
     """Unit and time [ms] of every spike of one touch with these rates (time, unit)."""
     count, silent = 0, rates.shape[1]
     left, ready = np.zeros(silent), np.full(silent, -np.inf)
     units, times = np.zeros(64, dtype=np.int64), np.zeros(64)
-    _start_firing(order, rng, left)
+    start_firing(order, rng, left)
     for now in range(len(rates)):
         units, times, count = fire(
             rates[now],
@@ -343,13 +343,13 @@ class Population(Record):
         if self.quantity not in touches:
             raise InvalidInput(f"sensilla feel {self.quantity!r}, which these touches lack.")
         time = in_unit(touches["time"], "ms").values
-        step = _find_step(time)
+        step = find_step(time)
         samples = self._feel(touches)
-        _refuse_gaps(samples)
+        refuse_gaps(samples)
         rates = np.empty((len(samples), time.size, self.position.size))
         fixed = (*self.find_taps(touches["position"].values), self.side * self.gain, self.table)
         for touch, rate in zip(samples, rates, strict=True):
-            _refuse_coarse(_encode_touch(touch, *fixed, step, rate), step, limit)
+            refuse_coarse(encode_touch(touch, *fixed, step, rate), step, limit)
         return rates
 
     def _feel(self, touches: xr.Dataset) -> np.ndarray:
@@ -360,7 +360,7 @@ class Population(Record):
         return self.bend_sides(values, "plane" in rows)
 
 
-def _find_step(time: np.ndarray) -> float:
+def find_step(time: np.ndarray) -> float:
     """The step of evenly spaced times [ms]."""
     steps = np.diff(time)
     if not steps.size or np.ptp(steps) > _UNEVEN * steps.mean():
@@ -368,13 +368,13 @@ def _find_step(time: np.ndarray) -> float:
     return float(steps.mean())
 
 
-def _refuse_gaps(samples: np.ndarray) -> None:
+def refuse_gaps(samples: np.ndarray) -> None:
     """Raise where bending is missing, which would pass for none."""
     if not np.isfinite(samples).all():
         raise InvalidInput("the bending is not finite; fill gaps, or leave the trial out.")
 
 
-def _refuse_coarse(stiffness: float, step: float, limit: float = STIFFEST) -> None:
+def refuse_coarse(stiffness: float, step: float, limit: float = STIFFEST) -> None:
     """Raise where one step was longer than the threshold needs to follow."""
     if stiffness > limit:
         raise InvalidInput(

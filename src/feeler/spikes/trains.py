@@ -23,12 +23,12 @@ from feeler.records import Ge, Gt, Record, Registry, Unit, freeze
 from feeler.spikes.sensilla import (
     STIFFEST,
     Population,
-    _find_step,
-    _fire_touch,
-    _refuse_coarse,
-    _refuse_gaps,
-    _start_firing,
+    find_step,
     fire,
+    fire_touch,
+    refuse_coarse,
+    refuse_gaps,
+    start_firing,
     step_units,
 )
 from feeler.tensors.schema import label_units
@@ -102,13 +102,13 @@ def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0
     if not np.all(rates >= 0):
         raise InvalidInput("rates must be ≥ 0 Hz and finite; rectify them first.")
     time = in_unit(touches["time"], "ms").values
-    step = _find_step(time)
+    step = find_step(time)
     begin, end = time[0] - step, time[-1]
     told = (firing.order, firing.refractory, firing.spread)
     found = []
     for trial, rate in zip(touches["trial"].values, rates, strict=True):
         rng = np.random.default_rng([seed, int(trial)])
-        units, times = _fire_touch(rate, begin + firing.latency, step, *told, rng)
+        units, times = fire_touch(rate, begin + firing.latency, step, *told, rng)
         kept = (times > begin) & (times <= end)
         found.append((units[kept], times[kept]))
     if not any(times.size for _, times in found):
@@ -290,7 +290,7 @@ class SensillaStream:
         self._left, self._ready = np.zeros(units), np.full(units, -np.inf)
         self._units, self._times = np.zeros(64, dtype=np.int64), np.zeros(64)
         self._rng = np.random.default_rng([*self._seed])
-        _start_firing(self._firing.order, self._rng, self._left)
+        start_firing(self._firing.order, self._rng, self._left)
 
     def push(self, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Take the bending of all sensors (sensor,), in space (plane, sensor), in the population's
@@ -314,7 +314,7 @@ class SensillaStream:
                 f"a sample has {self._sensors} sensors, got shape {values.shape}; in space it is"
                 " (plane, sensor), of two planes or three."
             )
-        _refuse_gaps(values)
+        refuse_gaps(values)
         values = self._population.bend_sides(values, planes != ())
         stiff = step_units(
             values,
@@ -327,7 +327,7 @@ class SensillaStream:
             self._before,
             self.rate,
         )
-        _refuse_coarse(stiff, self.step, STIFFEST)
+        refuse_coarse(stiff, self.step, STIFFEST)
         firing = self._firing
         self._units, self._times, count = fire(
             self.rate,

@@ -20,17 +20,17 @@ from feeler.files import NAME, parse_json, read_start, sniff_file_type, write_at
 from feeler.provenance import to_jsonable
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
-from feeler.tensors.schema import _raise_if_invalid, find_errors
+from feeler.tensors.schema import find_errors, raise_if_invalid
 from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
-    _load_csv,
-    _save_csv,
-    _save_mat,
-    _save_netcdf,
-    _save_parquet,
+    load_csv,
     restore,
+    save_csv,
+    save_mat,
+    save_netcdf,
     save_nwb,
+    save_parquet,
 )
 from feeler.validation import checked
 
@@ -300,7 +300,7 @@ def load(
             f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}."
         )
     dataset = form.load(Path(path), find_limits(limits), trusted)
-    return _raise_if_invalid(
+    return raise_if_invalid(
         find_errors(dataset, whole=False, numbers=form.find_damage is None), dataset
     )
 
@@ -541,15 +541,15 @@ def _describe_model(model: Model) -> list[str]:
     ]
 
 
-def _is_store(path: Path) -> bool:
+def is_store(path: Path) -> bool:
     """Whether a folder is a store."""
     try:
-        return _is_old_store(path) or b'"feeler_store"' in (path / "zarr.json").read_bytes()
+        return is_old_store(path) or b'"feeler_store"' in (path / "zarr.json").read_bytes()
     except OSError:
         return False
 
 
-def _is_old_store(path: Path) -> bool:
+def is_old_store(path: Path) -> bool:
     """Whether a folder is a store of feeler 0.3."""
     return (path / "progress" / "store.json").is_file()
 
@@ -563,7 +563,7 @@ def _store() -> Any:
 STORE = Format(
     words="store of trials (Zarr v3)",
     suffix=".zarr",
-    detect=lambda path, start: _is_store(path),
+    detect=lambda path, start: is_store(path),
     load=lambda path, limits, trusted: _store().read_store(path),
     save=lambda *args, **options: _store()._save_store(*args, **options),
     describe=lambda path: _store()._describe_store(path),
@@ -587,21 +587,21 @@ NETCDF = Format(
     suffix=".nc",
     detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
     load=_guarded("feeler.tensors.readers:read_hdf5"),
-    save=_save_netcdf,
+    save=save_netcdf,
 )
 MAT = Format(
     words="MATLAB 5 file",
     suffix=".mat",
     detect=_starts(b"MATLAB 5.0 MAT-file"),
     load=_guarded("feeler.tensors.readers:read_mat"),
-    save=_save_mat,
+    save=save_mat,
 )
 CSV = Format(
     words="one tensor as CSV",
     suffix=".csv",
     detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
-    load=lambda path, limits, trusted: _load_csv(path, limits),
-    save=_save_csv,
+    load=lambda path, limits, trusted: load_csv(path, limits),
+    save=save_csv,
 )
 
 
@@ -610,7 +610,7 @@ PARQUET = Format(
     suffix=".parquet",
     detect=_starts(b"PAR1"),
     load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
-    save=_save_parquet,
+    save=save_parquet,
 )
 ANTENNA = Format(
     words="antenna (TOML)",

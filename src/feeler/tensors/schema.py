@@ -244,7 +244,7 @@ def find_dims(name: str, spatial: bool) -> tuple[str, ...]:
     return IN_SPACE.get(name, dims) if spatial else dims
 
 
-def _derive_curvature(angle: Any, segment_length: Any) -> Any:
+def derive_curvature(angle: Any, segment_length: Any) -> Any:
     """Curvature [1/mm] from angle [rad] and the length [mm] of the segments, of the same dims."""
     return angle / segment_length
 
@@ -325,7 +325,7 @@ def _make_tensors(
     }
     length = np.asarray(segment_length, dtype=float)
     given.setdefault(
-        "curvature", _derive_curvature(given["angle"], length[:, None]).astype(dtype)
+        "curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype)
     )
     spatial = given["angle"].ndim == len(IN_SPACE["angle"])
     dims = {name: quantity.dims for name, quantity in QUANTITIES.items()}
@@ -498,10 +498,10 @@ def validate(dataset: xr.Dataset) -> xr.Dataset:
     InvalidInput
         With every breach found, one a line.
     """
-    return _raise_if_invalid(find_errors(dataset), dataset)
+    return raise_if_invalid(find_errors(dataset), dataset)
 
 
-def _raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
+def raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
     """The Dataset, or one InvalidInput with all its breaches."""
     if breaches:
         raise InvalidInput(

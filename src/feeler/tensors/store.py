@@ -34,9 +34,9 @@ from zarr.storage import LocalStore, MemoryStore  # noqa: E402
 from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
 from feeler.provenance import to_jsonable, write_plain  # noqa: E402
 from feeler.sandbox import MAX_TEXT  # noqa: E402
-from feeler.tensors.formats import _is_old_store, _is_store  # noqa: E402
-from feeler.tensors.schema import MAX_LISTED, QUANTITIES, _derive_curvature  # noqa: E402
-from feeler.tensors.writers import _check_variable  # noqa: E402
+from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
+from feeler.tensors.schema import MAX_LISTED, QUANTITIES, derive_curvature  # noqa: E402
+from feeler.tensors.writers import check_variable  # noqa: E402
 from feeler.validation import checked  # noqa: E402
 
 FORMAT = 4
@@ -80,7 +80,7 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     StoreError
         The disk is full, or this machine does not see the store.
     """
-    if not _is_store(path):
+    if not is_store(path):
         raise StoreError(
             f"this worker sees no store at {path}. The folder must be shared by all workers, under"
             " one name."
@@ -356,12 +356,12 @@ def _make_folder(path: Path) -> None:
     """Make a store's folder; refuse one that holds something else."""
     if path.exists() and not path.is_dir():
         raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
-    if _is_old_store(path):
+    if is_old_store(path):
         raise StoreError(
             f"{path} is a store of feeler 0.3, which is read but not continued. Use a new store, or"
             f" keep its touches by: feeler convert {path} new.zarr"
         )
-    ours = (path / _FLAGS / "lock").exists() or _is_store(path)
+    ours = (path / _FLAGS / "lock").exists() or is_store(path)
     if foreign := [] if ours or not path.exists() else sorted(os.listdir(path)):
         raise StoreError(
             f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new"
@@ -374,7 +374,7 @@ def _create_array(
     store: MemoryStore, name: Any, item: xr.Variable, n_trials: int, group_size: int
 ) -> None:
     """An array for a variable of all trials, or for one that they share, with its values."""
-    _check_variable(name, item)
+    check_variable(name, item)
     text = item.dtype.kind in "UOT"
     of_trials = item.dims[:1] == ("trial",)
     shape = (n_trials, *item.shape[1:]) if of_trials else item.shape
@@ -412,7 +412,7 @@ def _consolidate(store: Any) -> None:
 def _check_trials(trials: xr.Dataset) -> None:
     """Raise where a Dataset cannot be kept in a store."""
     for name, item in trials.variables.items():
-        _check_variable(name, item)
+        check_variable(name, item)
         over = "trial" in item.dims
         if over and (item.dims[0] != "trial" or (item.ndim > 1 and item.dtype.kind in "UOT")):
             raise InvalidInput(
@@ -572,7 +572,7 @@ class _Numbers(BackendArray):
         length = np.broadcast_to(self.length[:, None], self.shape)
         for axis in reversed(range(len(key))):
             length = length[(slice(None),) * axis + (key[axis],)]
-        return _derive_curvature(values, length).astype(self.dtype)
+        return derive_curvature(values, length).astype(self.dtype)
 
 
 def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
@@ -592,9 +592,9 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         No store, no finished trial, or damaged.
     """
     path = Path(path)
-    if _is_old_store(path):
+    if is_old_store(path):
         return _read_old(path)
-    if not _is_store(path) and not (path / _FLAGS / "lock").exists():
+    if not is_store(path) and not (path / _FLAGS / "lock").exists():
         raise InvalidInput(f"{path} is no store of feeler.")
     with _reading(path):
         if not (path / "zarr.json").exists():
@@ -680,7 +680,7 @@ def _describe_store(path: Path) -> list[str]:
 
 def _find_damage(path: Path) -> list[str]:
     """What is wrong with the files of a store, one line for each."""
-    if _is_old_store(path):
+    if is_old_store(path):
         return []
     _read_about(path)
     with _reading(path):

@@ -47,7 +47,7 @@ def describe(dataset: xr.Dataset) -> str:
     """
     variables = {}
     for name, variable in dataset.variables.items():
-        _check_variable(name, variable)
+        check_variable(name, variable)
         entry = {
             "dims": list(variable.dims),
             "shape": list(variable.shape),
@@ -89,7 +89,7 @@ def _restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
     return restore(content["rest"], arrays, source)
 
 
-def _check_variable(name: Any, variable: xr.Variable) -> None:
+def check_variable(name: Any, variable: xr.Variable) -> None:
     """Raise where a variable cannot be written to every format."""
     if not (isinstance(name, str) and NAME.fullmatch(name)):
         raise InvalidInput(
@@ -169,7 +169,7 @@ def _values(
 # NetCDF-4 files, as xarray, MATLAB's ncread and Panoply open them.
 
 
-def _save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
     import h5py
 
@@ -243,7 +243,7 @@ def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
 _MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
 
 
-def _save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as a MATLAB version 5 file; its struct ``units`` has each variable's unit."""
     from scipy.io import savemat  # slow to load
 
@@ -272,7 +272,7 @@ _MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
 _COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
-def _save_csv(
+def save_csv(
     dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0
 ) -> None:
     """Write one variable (trial, sensor, time) of one trial.
@@ -315,8 +315,8 @@ def _save_csv(
     write_atomic(Path(path), text.getvalue().encode())
 
 
-def _load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The Dataset of one trial in a file that :func:`_save_csv` wrote; a recording is read by
+def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
+    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by
     feeler.robot instead.
     """
     text, source = read_text(path, MAX_TEXT), Path(path).name
@@ -364,7 +364,7 @@ def _load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datas
 _TOUCHES_AT_ONCE = 256  # touches in one group of rows
 
 
-def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write one touch a row: each variable over trials is a column, ``angle`` a list of sensors of
     lists of samples; labels stand beside it, a coordinate ``split`` (trial,) among them.
 

@@ -402,11 +402,11 @@ def _compute_smooth_curvature(
     """
     return (
         np.atleast_2d(_check_hinges(antenna, angle))
-        @ _make_kernel(antenna, position, smoothing).T
+        @ make_kernel(antenna, position, smoothing).T
     )
 
 
-def _make_kernel(
+def make_kernel(
     antenna: Antenna, position: np.ndarray, smoothing: float = _SMOOTHING
 ) -> np.ndarray:
     """What makes the smoothed curvature of hinge angles (point, segment) [1/mm]."""
@@ -448,7 +448,7 @@ def find_peak(
         curve = _compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)
-    position = place[best] if method == "hinge" else _find_parabolic_peak(size, place)
+    position = place[best] if method == "hinge" else find_parabolic_peak(size, place)
     faint = size[row, best] < _FAINTEST
     return Peak(
         position=np.where(faint, np.nan, position),
@@ -457,7 +457,7 @@ def find_peak(
     )
 
 
-def _find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
+def find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at
     the ends the sample.
     """

@@ -95,7 +95,7 @@ class DistanceMap(Shown):
 
 
 @checked
-def _fit_distance(
+def fit_distance(
     distance: Annotated[np.ndarray, "step"],
     position: Annotated[np.ndarray, "step"],
     used: Annotated[np.ndarray, "step"],
@@ -237,7 +237,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     """
     peak = peak or find_sweep_peak(sweep, **options)
     used = _list_standing(sweep) & ~peak.at_base
-    found = _fit_distance(
+    found = fit_distance(
         sweep.distance,
         peak.position,
         used,

@@ -23,12 +23,12 @@ from feeler.validation import checked
 from feeler.wall.approach import (
     Approach,
     Posture,
-    _find_parabolic_peak,
-    _make_kernel,
     approach,
+    find_parabolic_peak,
+    make_kernel,
     make_wall_scene,
 )
-from feeler.wall.distance import DistanceMap, _fit_distance, explain_bending
+from feeler.wall.distance import DistanceMap, explain_bending, fit_distance
 
 # Courses: a wall of straight faces with angled turns, on the right of a body that runs along
 # it.
@@ -372,7 +372,7 @@ def calibrate(
     position = np.array([np.median(p) if np.isfinite(p).all() else np.nan for p in listened])
     at_base = position < _GRID / 2
     used = np.isfinite(position) & ~at_base
-    found = _fit_distance(
+    found = fit_distance(
         sweep.distance, position, used, at_base, float(antenna.segment_length.max())
     )
     return replace(found, bending=explain_bending(antenna))
@@ -550,7 +550,7 @@ class _Runner:
         self.period, self.speed = max(_PERIOD, self.simulation.timestep), speed
         self.antenna, self._base_angle = scene.antenna, scene.base[2]
         self._place = np.arange(0.0, self.antenna.hinge_position[-1], _GRID)
-        self._kernel = _make_kernel(self.antenna, self._place)
+        self._kernel = make_kernel(self.antenna, self._place)
 
     @property
     def time(self) -> float:
@@ -589,4 +589,4 @@ class _Runner:
         if np.isnan(state.contact_place[0]):
             return np.nan
         bend = self._kernel @ (state.angle[0] - self.antenna.rest_angle)
-        return float(_find_parabolic_peak(np.abs(bend)[None], self._place)[0])
+        return float(find_parabolic_peak(np.abs(bend)[None], self._place)[0])
