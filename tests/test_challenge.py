@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from sklearn.neighbors import KNeighborsClassifier
 
 import feeler
 from feeler import challenge
@@ -80,7 +81,8 @@ def test_the_ceiling_is_not_passed(task):
         == found["observer of the training touches"]["accuracy"]
         == 1
     )
-    assert task.score(feeler.decoding.make_lda, "absolute")["accuracy"] == 1
+    for make in (feeler.decoding.make_lda, KNeighborsClassifier):  # the latter of tables
+        assert task.score(make, "absolute")["accuracy"] == 1
 
 
 def test_touches_fit_the_antenna_and_the_first_are_the_same_for_any_number():

@@ -14,6 +14,7 @@ import xarray as xr
 
 from feeler.antenna.animals import cockroach
 from feeler.decoding import CLASSIFIERS, IdealObserver
+from feeler.decoding.classifiers import adopt
 from feeler.draw import LogRange
 from feeler.errors import InvalidInput
 from feeler.experiments.tactile import touch
@@ -171,8 +172,8 @@ class Task:
         Parameters
         ----------
         make
-            Gives something with ``fit(tensors, labels)`` and ``predict(tensors)``; it learns from
-            the noisy training part.
+            Gives something with ``fit(tensors, labels)`` and ``predict(tensors)``, or a
+            scikit-learn estimator of tables; it learns from the noisy training part.
 
         Returns
         -------
@@ -180,7 +181,7 @@ class Task:
             ``noise``, ``accuracy``, ``low``, ``high``: test objects are drawn again, each with all
             its touches.
         """
-        method = make()
+        method = adopt(make(), "make")
         method.fit(*self.read("train", noise))
         return self._judge(method, noise)
 
