@@ -40,10 +40,8 @@ from feeler.validation import Count, Seed, checked
 
 _COPY = 16  # bytes for each number of a copy: as drawn, added to the tensor, centred
 _MOST_BYTES = 2**30  # of copies that are drawn whole
-_POWERS, _MORE_AXES = (
-    8,
-    10,
-)  # of the covariance, and axes beside those asked for, to find these by
+_POWERS = 8  # of the covariance, to find its longest axes by
+_MORE_AXES = 10  # beside those asked for
 _BLOCK = 2**23  # numbers of copies that are drawn at a time where they are not
 
 
