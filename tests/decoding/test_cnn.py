@@ -160,6 +160,7 @@ def test_another_version_or_a_damaged_file_says_so(trained, tmp_path):
             TouchNetwork.load(tmp_path / name, device="cpu")
 
 
+@pytest.mark.long
 def test_a_tracker_gets_each_epoch_with_its_loss_and_may_end_the_training():
     pytest.importorskip("torch")
     X, y = make_touches()

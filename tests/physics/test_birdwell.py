@@ -57,6 +57,7 @@ def test_a_whisker_turned_against_a_peg_presses_as_a_beam(shape, share, turn):
     assert measure_moment(shape, share, turn) == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "engine", (*DYNAMIC[:2], pytest.param("mujoco", marks=pytest.mark.slow))
 )

@@ -215,14 +215,8 @@ def test_the_advice_against_sinking_in_is_right(name, contact, speed, radius):
         assert sink < 0.5 and not left
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "cricket",
-        pytest.param("stick-insect", marks=pytest.mark.long),
-        pytest.param("whisker", marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["cricket", "stick-insect", "whisker"])
 def test_touches_of_thin_antennas_are_those_of_a_finer_timestep_and_of_mujoco(name):
     """Within 0.3 % of the peak; with a time constant of 0.2 ms it is 0.6 to 20 %."""
     antenna = make_preset(name)
