@@ -121,11 +121,11 @@ def _leave_out_errors(
             )
     if all(tips):
         apart = np.linalg.norm(place[tips[0]] - place[tips[1]], axis=1)
-        together = np.mean(apart < _TOGETHER[0] * min(reach.values()))
-        if together > _TOGETHER[1]:
-            doubts.append(
-                f"{' and '.join(tips)} lie on one place in {together:.0%} of the frames."
-            )
+        near = apart < _TOGETHER[0] * min(reach.values())
+        if (
+            near.mean() > _TOGETHER[1]
+        ):  # and not in passing; which of them is right is not known
+            leave_out(tips, near, f"{tips[0]} and {tips[1]} on one place")
     if not found:
         return tracks, found, doubts
     position = tracks.position.copy()
