@@ -156,6 +156,7 @@ def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
 
 # Fig. S6: dispersion by contact speed and by stiffness profile, of codes and tensors.
 
+_DRAWN = ("dispersion.tensor.", "dispersion.activation.")
 _LEAST = 1e-5  # of the greatest MSE that is drawn: identical pairs have none
 
 
@@ -190,7 +191,7 @@ def show_dispersion(data: SimpleNamespace, section: Section) -> None:
         " window; complete touches are in a table of their own. (Fig. S6)",
         lambda figure: plot_dispersion(data, figure),
         height=6.4,
-        numbers={key: one for key, one in data.rows.items() if key.startswith("dispersion.")},
+        numbers={key: one for key, one in data.rows.items() if key.startswith(_DRAWN)},
     )
 
 
