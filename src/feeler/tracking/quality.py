@@ -35,7 +35,7 @@ _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not 
 _FLICK = 12.0  # [C] ms between frames; in a film that is as fast no flick is over in one frame
 _GRAINS = (1.0, 0.1, 0.01, 0.001)  # to which coordinates may be rounded
 _RUN = (3, 6)  # [C] frames that repeat a place, or lie on a line, without being measured
-_REPEATED = 0.3  # [C] share of frames that repeat the one before
+_REPEATED = 0.05  # [C] share of frames that repeat the one before
 _TOGETHER = (0.03, 0.2)  # [C] of the antenna's length, share of frames: tips on one place
 
 
