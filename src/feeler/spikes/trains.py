@@ -422,7 +422,7 @@ class SpikeClassifier(Classifier):
         fewest = min(self.n_components, len(codes) - 1, codes.shape[1])
         try:
             self.classifier_ = make_lda(fewest).fit(codes, y)
-        except IndexError as error:  # scikit-learn's, of the first of no singular values
+        except InvalidInput as error:
             raise InvalidInput(
                 f"training trials of one label all have the same code {self.code!r}, and linear"
                 " discriminant analysis learns from how these differ. Draw several trains of each."

@@ -555,7 +555,6 @@ def make_nwb(
         identifier=identifier,
         session_start_time=session_start.astimezone(UTC),
         experiment_description=about,
-        keywords=["tactile sensing", "antenna", "touch"],
         subject=subject,
         **more,
     )
