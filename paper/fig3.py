@@ -212,23 +212,20 @@ def show(data: SimpleNamespace, section: Section) -> None:
     section.text(
         "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which"
         " angle is meant and how much the wall rubs are not stated in the paper. Panels a and b"
-        " show"
-        " the configuration nearest to its words; c, d and what slides show the first of a family"
-        f" declared beforehand ({describe_posture(get_lead())}) in which all three profiles have a"
-        " map, at rest and while the body runs, whatever their R². In the default of this software"
-        f" ({describe_posture(Posture())}) the peak of some profiles stays at one place and gives"
-        " no"
-        " map. Every R² is one of many: readings of the whole family decide."
+        " show the configuration nearest to its words; c, d and what slides show the first of a"
+        f" family declared beforehand ({describe_posture(get_lead())}) in which all three profiles"
+        " have a map, at rest and while the body runs, whatever their R². In the default of this"
+        f" software ({describe_posture(Posture())}) the peak of some profiles stays at one place"
+        " and gives no map. Every R² is one of many: readings of the whole family decide."
     )
     section.figure(
         "fig3_wall",
         "a: equilibria beside a wall that comes nearer, in the configuration nearest to the paper's"
         f" words ({describe_posture(get_main()[0])}), coloured by its distance; dots: greatest"
         " curvature. b: distance against its position, with straight lines; open marks are not"
-        " fitted"
-        " (one deterministic sweep each, no interval). c, d: tactile tensors of a wall that slides"
-        f" past at four distances and of one that comes nearer ({describe_posture(get_lead())}),"
-        " magnitude of the curvature. (Fig. 3A–D)",
+        " fitted (one deterministic sweep each, no interval). c, d: tactile tensors of a wall that"
+        " slides past at four distances and of one that comes nearer"
+        f" ({describe_posture(get_lead())}), magnitude of the curvature. (Fig. 3A–D)",
         lambda figure: plot(data, figure),
         height=6.4,
         numbers={
@@ -269,11 +266,9 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
         ],
         rows,
         "Configuration nearest to the words, leading set-up, default set-up, then the default"
-        " without pre-bend. Error: predicted"
-        " distance, each distance left out of its own fit. Monotone: the peak moves one way over"
-        " all distances used. Discriminated: the longest run of distances over which the peak"
-        " moves on"
-        " by more than a segment per step.",
+        " without pre-bend. Error: predicted distance, each distance left out of its own fit."
+        " Monotone: the peak moves one way over all distances used. Discriminated: the longest run"
+        " of distances over which the peak moves on by more than a segment per step.",
     )
 
 
@@ -480,12 +475,10 @@ def show_family(data: SimpleNamespace, section: Section) -> None:
     family = data.family
     section.heading("What R² depends on")
     section.text(
-        "The paper does not state the posture of the J, the wall's friction, which angle is"
-        " meant, or"
-        " how the point of greatest curvature was found. So its sentences are judged over a"
-        " family of"
-        f" {len(family.r2)} set-ups declared beforehand (declared.toml). R² is defined for every"
-        f" profile in {len(family.defined)} of them; the others cannot be the paper's."
+        "The paper does not state the posture of the J, the wall's friction, which angle is meant,"
+        " or how the point of greatest curvature was found. So its sentences are judged over a"
+        f" family of {len(family.r2)} set-ups declared beforehand (declared.toml). R² is defined"
+        f" for every profile in {len(family.defined)} of them; the others cannot be the paper's."
     )
     section.numbers(
         "fig3_family",

@@ -282,10 +282,9 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
     section.figure(
         "fig4_encoding",
         "Left: residual and activation entropy (mean of rows; the table has three other"
-        " definitions) against the number of bases; bars span the best starts that were"
-        " finished for every number, where there are several. Below: the bases of each fit, base"
-        " to tip upwards, 40 ms across."
-        " Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
+        " definitions) against the number of bases; bars span the best starts that were finished"
+        " for every number, where there are several. Below: the bases of each fit, base to tip"
+        " upwards, 40 ms across. Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
         lambda figure: plot(main, figure),
         height=7.0,
         numbers={

@@ -87,15 +87,11 @@ def show(data: SimpleNamespace, section: Section) -> None:
     section.figure(
         "fig5_classification",
         "a, b: NMI of every tensor's closest match (dots), mean and 95 % bootstrap interval over"
-        " the"
-        " touches of the fixed grid, of activations and tensors. c, d: accuracy of LDA on"
-        " activations"
-        f" against noise ({_count_classes(data)} classes), under the reading nearest to the"
-        " paper's"
-        " words: principal components of all clean activations, then noise; line: mean, shaded: ± 1"
-        f" SD over {data.plan.n_repeats} repeats; chance dotted. Profiles in the paper's window;"
-        " complete"
-        " touches are in a figure of their own. (Fig. 5A–D)",
+        " the touches of the fixed grid, of activations and tensors. c, d: accuracy of LDA on"
+        f" activations against noise ({_count_classes(data)} classes), under the reading nearest to"
+        " the paper's words: principal components of all clean activations, then noise; line: mean,"
+        f" shaded: ± 1 SD over {data.plan.n_repeats} repeats; chance dotted. Profiles in the"
+        " paper's window; complete touches are in a figure of their own. (Fig. 5A–D)",
         lambda figure: plot(data, figure),
         height=4.4,
         numbers={"accuracy": data.traced},
@@ -105,11 +101,9 @@ def show(data: SimpleNamespace, section: Section) -> None:
         "Thirty classes (feature × location) by linear discriminant analysis of 30 principal"
         " components, here fitted to noisy training copies. The paper's copies of one tensor are in"
         " training and test alike, so its accuracy measures robustness against noise. The null is"
-        " as"
-        " many copies of one single tensor, fitted jointly and pushed through the same pipeline:"
+        " as many copies of one single tensor, fitted jointly and pushed through the same pipeline:"
         " what it reaches is no evidence that tensors differ. Fixed bases give identical tensors"
-        " one"
-        " code, so their null is chance."
+        " one code, so their null is chance."
     )
     section.table(
         [

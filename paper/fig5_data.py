@@ -559,8 +559,7 @@ def show_speeds(data: SimpleNamespace, section: Section) -> None:
             for window, sweeps in zip(WINDOWS, (data.cut, data.whole), strict=True)
         ],
         "Accuracy of LDA on the tensors of every speed [%], mean over the noise: in the paper's"
-        " window,"
-        " and over each speed's own shortest window that holds its touches whole.",
+        " window, and over each speed's own shortest window that holds its touches whole.",
     )
     section.table(
         ["closest match", *data.whole],

@@ -116,10 +116,9 @@ def show(data: SimpleNamespace, section: Section) -> None:
             [f"by {comparison}", *next(iter(readings.values()))],
             [[reading, *map(_say, members.values())] for reading, members in readings.items()],
             "Hoyer sparseness of tensors, mean and 95 % bootstrap interval over touches: in the"
-            " paper's"
-            " window, over each group's own shortest window that holds its touches whole, from a"
-            " touch's first to its last contact, and while any sensor passes a hundredth of the"
-            " tensor's peak.",
+            " paper's window, over each group's own shortest window that holds its touches whole,"
+            " from a touch's first to its last contact, and while any sensor passes a hundredth of"
+            " the tensor's peak.",
         )
 
 
@@ -224,6 +223,5 @@ def show_bending(data: SimpleNamespace, section: Section) -> None:
         ["profile", "window", "bends most in its proximal tenth", *_SHARED],
         data.lines,
         "Share of slow touches that bend the antenna most near its base, and Hoyer sparseness of"
-        " the"
-        " sensors' bending (curvature summed over the touch; less: more sensors share it).",
+        " the sensors' bending (curvature summed over the touch; less: more sensors share it).",
     )

@@ -461,16 +461,14 @@ def show(data: SimpleNamespace, section: Section) -> None:
     interval = " (one robot)" if one else f" (95 % CI {100 * low:.0f} to {100 * high:.0f} %)"
     section.figure(
         "fig6_robot",
-        f"a: surrogate robot, a ball at the tip at 0.027 m/s, hinges in the colours of the left. b:"
+        "a: surrogate robot, a ball at the tip at 0.027 m/s, hinges in the colours of the left. b:"
         f" impulse response; fitted p1 = {data.fit.stiffness_factor:.2f}, p2 ="
         f" {data.fit.damping_factor:.2f} ms (the paper's robot: 1.19, 2.06; the surrogate has"
-        " parameters of its own, and the linear model does not meet it fully). c: the training"
-        " set. d:"
-        " one touch as tensors, aligned on the tip's first peak. e: surrogates' tip contacts, in"
+        " parameters of its own, and the linear model does not meet it fully). c: the training set."
+        " d: one touch as tensors, aligned on the tip's first peak. e: surrogates' tip contacts, in"
         f" squares those classified correctly: {data.score.correct['all']} of {data.score.total} ="
         f" {100 * share:.0f} %{interval}; the paper's robot: {_PAPER_RIGHT} of {_PAPER_TOTAL}."
-        " (Fig."
-        " 6A–E)",
+        " (Fig. 6A–E)",
         lambda figure: plot(data, figure),
         height=7.6,
         numbers={

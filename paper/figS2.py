@@ -111,8 +111,7 @@ def show(data: SimpleNamespace, section: Section) -> None:
         "figS2_tracking",
         "Synthetic tracks with a simulated mean of 86.67 °/s, not animal data. a: paths of four"
         " landmarks, and angular speed of one trial with its peaks; b: average maximum speed of"
-        " every"
-        " trial (dots, n = 6) and side; red: median. (Fig. S2)",
+        " every trial (dots, n = 6) and side; red: median. (Fig. S2)",
         lambda figure: plot(data, figure),
         height=3.0,
         numbers={"mean_peak": data.exploration.mean_peak, "planted": data.planted},

@@ -165,6 +165,5 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
             ["profile, speed [m/s]", "comes to rest"],
             rows,
             "Wall following on the full dynamics: at how many of the delays and gains that were"
-            " tried a"
-            " body that begins 2 mm off comes to rest.",
+            " tried a body that begins 2 mm off comes to rest.",
         )

@@ -268,14 +268,13 @@ def show(context: Context, section: Section) -> None:
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(
         f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its"
-        f" noisy tensor by estimators that were not trained on such locations or sizes"
-        f" ({asked['train']} touches in"
-        f" training, {asked['test']} in the test, each shape by itself). The bound holds for"
-        " unbiased estimators to whom the shape is known; it comes from the engine's central"
-        f" differences, which change by {100 * np.median(changes):.2g} % (median; 95th percentile"
-        f" {100 * np.quantile(changes, 0.95):.2g} %) when their step is halved. Where the noise is"
-        " so strong that an estimator does best by staying near the middle of the range, it is"
-        " biased, and may come to lie below the bound."
+        " noisy tensor by estimators that were not trained on such locations or sizes"
+        f" ({asked['train']} touches in training, {asked['test']} in the test, each shape by"
+        " itself). The bound holds for unbiased estimators to whom the shape is known; it comes"
+        f" from the engine's central differences, which change by {100 * np.median(changes):.2g} %"
+        f" (median; 95th percentile {100 * np.quantile(changes, 0.95):.2g} %) when their step is"
+        " halved. Where the noise is so strong that an estimator does best by staying near the"
+        " middle of the range, it is biased, and may come to lie below the bound."
     )
     section.figure(
         "bounds",

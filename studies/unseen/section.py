@@ -109,10 +109,9 @@ def show(context: Context, section: Section) -> None:
         "A classifier learns what shape touches it, ball, box or triangle, from touches of three"
         " sizes at three places, and is then asked about sizes and places in between. Splines of"
         " stiffness and damping are searched, at the published total compliance, for the fewest"
-        " such new touches classified incorrectly; as a control, by the same search, for the"
-        " fewest known"
-        " ones. Both are judged on final draws that no search used. Every choice was written down"
-        " before (studies/unseen/declared.toml)."
+        " such new touches classified incorrectly; as a control, by the same search, for the fewest"
+        " known ones. Both are judged on final draws that no search used. Every choice was written"
+        " down before (studies/unseen/declared.toml)."
     )
     section.text(said)
     section.figure(

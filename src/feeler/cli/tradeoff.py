@@ -42,9 +42,8 @@ def tradeoff(
             "--classifier",
             "--reader",  # its name before 0.4
             help="classifier that names the touches, more than once: ideal (knows every touch;"
-            " default), lda, svm, templates …, or mine.py:make, a function that gives one;"
-            " all but ideal learn from touches of their own, which"
-            " takes minutes for each draw",
+            " default), lda, svm, templates …, or mine.py:make, a function that gives one; all but"
+            " ideal learn from touches of their own, which takes minutes for each draw",
         ),
     ] = None,
     journal: Annotated[

@@ -262,8 +262,7 @@ def _find_unit(
     if unit is None:
         raise InvalidInput(
             "it does not say how long its unit is; give width= [mm] across the motion (on the"
-            " command line --feature outline:file=NAME,width=4), or"
-            " scale= [mm]."
+            " command line --feature outline:file=NAME,width=4), or scale= [mm]."
         )
     return unit
 

@@ -478,8 +478,7 @@ def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
     raise InvalidInput(
         f"the board sends {width} numbers a line{', the first of them a time' if timed else ''};"
         f" the antenna {antenna.name!r} has {antenna.sensors.size} sensors (and the robot"
-        f" {robot.sensors.size}). Set the number of sensors, or open the antenna's own file"
-        " first."
+        f" {robot.sensors.size}). Set the number of sensors, or open the antenna's own file first."
     )
 
 

@@ -762,8 +762,7 @@ def _list_remarks(tip: str, side: Sweeps, tracks: Tracks, cutoff: float | str) -
     if cutoff != "auto" and lost > _MAX_LOSS:
         remarks.append(
             f"the low-pass of {side.cutoff * 1e3:.3g} Hz takes away {lost:.0%} of the speed of"
-            f" {tip}, whose angle moves at {at * 1e3:.3g} Hz. Give cutoff='auto', or a higher"
-            " one."
+            f" {tip}, whose angle moves at {at * 1e3:.3g} Hz. Give cutoff='auto', or a higher one."
         )
     frames = 1 / (side.frequency * tracks.interval) if side.frequency > 0 else np.inf
     if side.peak_speed.size and frames < _MIN_FRAMES:
