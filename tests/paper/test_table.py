@@ -183,7 +183,7 @@ def test_a_larger_signal_is_classified_better_in_absolute_noise_only(monkeypatch
     held = dict(zip(gradient.statement.readings, gradient.findings[0].agrees, strict=True))
     assert all(held[name] for name in held if "absolute" in name and "ideal" not in name)
     assert not any(held[name] for name in held if "relative" in name)
-    assert gradient.word == "holds under some readings only"
+    assert gradient.word == "holds under some conditions only"
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-6])
