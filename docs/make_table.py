@@ -131,8 +131,13 @@ def make_result(results: Results, counts: dict[str, int]) -> str:
                 "",
                 *(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)),
             ]
-    told = ", ".join(f"{counts[word]} {word}" for word in WORDS if word in counts)
-    lines += ["", f"**And the paper?** Of {sum(counts.values())} statements: {told}."]
+    able = [f"{counts.get(word, 0)} {word}" for word in WORDS[:-1]]
+    total = sum(counts.values())
+    shown = total - counts.get(WORDS[-1], 0)
+    lines += [
+        "",
+        f"**And the paper?** Of its {total} statements {shown} can be compared: {', '.join(able)}.",
+    ]
     return "\n".join(lines) + "\n"
 
 

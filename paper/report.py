@@ -143,7 +143,7 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
         )
         anchor = f"fig{number.replace(' ', '')}"
         parts.append(Part(name=anchor, title=f"{figure['name']}  {figure['title']}", body=body))
-        marks = [one.mark for one in (*named, *own)]
+        marks = [one.mark for one in {one.statement.id: one for one in (*own, *named)}.values()]
         counts = {mark: n for mark in _MARKS if (n := marks.count(mark))}
         told = "; ".join(
             f"{counts[m]} {word}" for m, word in zip(_MARKS, WORDS, strict=True) if m in counts

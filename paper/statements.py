@@ -211,7 +211,7 @@ def load_statements() -> tuple[Statement, ...]:
 
 _OURS = {
     OWN_WORDS: "holds",
-    ANOTHER: "holds under some readings only",
+    ANOTHER: "holds under some conditions only",
     NOT: "does not hold",
     NEVER: "cannot be decided",
 }

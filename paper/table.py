@@ -35,7 +35,7 @@ _GROUPS = {
 _GROUP = re.compile(r"-?\d[\d.]*|M\d|every \d+|stiffness x [\d.]+|\d+ Hz|.+ over .+")
 _NOISES = {"common", "relative"}
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
-"""``{name of a value:format}``"""
+"""``{name of a value:format}``; the format ``ci`` gives the interval of a share."""
 
 
 class Value(NamedTuple):
@@ -186,6 +186,8 @@ def fill_front(results: Results) -> list[list[str]] | None:
 
 def _format(value: Value | None, form: str) -> str:
     assert value is not None
+    if form == "ci":
+        return f"{value.low:.0%} to {value.high:.0%}"
     return format(int(value.value) if form == "d" else value.value, form)
 
 

@@ -277,5 +277,5 @@ def felt(browser, antenna, location, speed):
     wait_for(browser, "app.status == 'here' && app.records.A.ended")
     wait_for(browser, "document.querySelector('.felt').textContent.includes('lasts')")
     said = ask(browser, "document.querySelector('.felt').textContent")
-    bent, lasts = re.search(r"bends most at ([\d.]+) %.* lasts (\d+) ms", said).groups()
+    bent, lasts = re.search(r"mostly bends at ([\d.]+) %.* lasts (\d+) ms", said).groups()
     return float(bent) / 100, float(lasts)

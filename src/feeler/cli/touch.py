@@ -251,7 +251,9 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
         f"Touched by a {trial.label}, the antenna '{antenna.name}' bends by at most {angle:.3g}° at"
         f" one hinge; the greatest force is {force:.3g} mN. L is the antenna's length."
     )
-    write_page(out / "touch.html", f"The antenna '{antenna.name}', touched", lead, section)
+    write_page(
+        out / "touch.html", f"Simulated touch of the antenna '{antenna.name}'", lead, section
+    )
     if said.as_json:
         _tell_machine(trial.label, known, error, out / "touch.html")
         return

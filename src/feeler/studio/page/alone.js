@@ -95,7 +95,7 @@ function sayFelt(config, app) {
   const one = config.antennas[findAntenna(config, app)], found = readTouch(app.records.A);
   if (!found) return "Nothing was touched.";
   const near = Math.abs(found.bent - found.first) < CLOSE ? "near the touch" : found.bent < CLOSE ? "at its base" : "away from the touch";
-  return `Touched at ${write(100 * found.first, 2)} % of its length, this antenna, ${describeGradient(one.drawn)}, bends most at ${write(100 * found.bent, 2)} %: ` +
+  return `Touched at ${write(100 * found.first, 2)} % of its length, this antenna, ${describeGradient(one.drawn)}, mostly bends at ${write(100 * found.bent, 2)} %: ` +
     `${near}. The touch lasts ${found.time} ms${sayDecision(app)}.`;
 }
 
@@ -107,7 +107,7 @@ function sayDecision(app) {
   if (best === "outside") return "; it lies outside what this decoder was trained on";
   const revised = before ? `, after it was identified as a ${before.kind} at ${before.at} ms` : "";
   if (decided < 0) return `, and what touched is not identified surely${revised}`;
-  return `; identified as a ${best} after ${decided} ms (p = ${probability.toFixed(2)})${revised}`;
+  return `; identified as a ${best} after ${decided} ms (probability ${probability.toFixed(2)})${revised}`;
 }
 
 /** The first and the last of a switch. @param {{name: string}[]} all */
