@@ -248,8 +248,8 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
         section.text(f"{adapted[0].upper()}{adapted[1:]}.")
     angle, curvature, force = (value for value, _ in facts.values())
     lead = (
-        f"Touched by a {trial.label}, the antenna '{antenna.name}' bends by at most {angle:.3g}° at"
-        f" one hinge; the greatest force is {force:.3g} mN. L is the antenna's length."
+        f"It bends by at most {angle:.3g}° at one hinge; the greatest force is {force:.3g} mN."
+        f" Touched by: {trial.label}. L is the antenna's length."
     )
     write_page(
         out / "touch.html", f"Simulated touch of the antenna '{antenna.name}'", lead, section
