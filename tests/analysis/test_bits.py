@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from feeler.analysis import (
     compute_energies,
@@ -306,3 +306,14 @@ def test_of_two_touches_it_tells_what_the_normal_law_of_its_log_odds_says(sd):
     assert found.accuracy == pytest.approx(right, abs=4 * found.accuracy_error)
     assert found.bits == pytest.approx(1 - lost.mean(), abs=4 * found.bits_error)
     assert found.bits_error < 0.003
+
+
+def test_levels_of_noise_alone_tell():
+    """Equal tensors under two levels of noise: the energy of the noise is a χ² variable, and the
+    rest is a threshold.
+    """
+    entries, low, high = 50, 1.0, 1.2
+    found = compute_information(np.zeros((2, entries)), np.array([low, high]), n_draws=DRAWS)
+    edge = entries * np.log((high / low) ** 2) / (1 / low**2 - 1 / high**2)
+    truth = (chi2.cdf(edge / low**2, entries) + chi2.sf(edge / high**2, entries)) / 2
+    assert agree(found.accuracy, found.accuracy_error, truth)

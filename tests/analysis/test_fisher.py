@@ -129,3 +129,20 @@ def test_derivatives_of_scaled_tensors():
         scale_derivatives(moves, np.zeros((3, 4, 5)))
     with pytest.raises(InvalidInput, match="with a peak"):
         scale_derivatives(moves, tensors * np.array([1.0, 0.0, 1.0])[:, None, None])
+
+
+def test_faster_is_earlier():
+    """For a quasi-static touch, one per cent of speed moves the tensor along time by one per cent
+    of the time since contact.
+    """
+    antenna = feeler.presets.cockroach()
+    trial = feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06)
+    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)[
+        "derivative"
+    ].values[0, 0]
+    angle = feeler.touch(antenna, [trial] * 2, duration=80.0)["angle"].values[
+        0
+    ]  # lanes as above, compiled already
+    shift = np.gradient(angle, axis=1) * (np.arange(80.0) - trial.lead) / 100
+    late = slice(30, 78)
+    assert np.corrcoef(found[:, late].ravel(), shift[:, late].ravel())[0, 1] > 0.98

@@ -209,3 +209,24 @@ def test_input_that_is_no_set_of_tensors_is_refused(compute, tensors, message):
 def test_options_out_of_range_are_refused(call, message):
     with pytest.raises(InvalidInput, match=message):
         call(make_noise())
+
+
+def test_ssim_interior_equals_scikit_image(tensors):
+    expected = loop(tensors, lambda a, b: structural_similarity(a, b, **MATLAB))
+    np.testing.assert_allclose(compute_ssim(tensors, border="interior"), expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("compute", ALL)
+def test_matrix_is_symmetric_with_its_own_diagonal(compute, tensors):
+    matrix = compute(tensors)
+    np.testing.assert_array_equal(matrix, matrix.T)
+    np.testing.assert_allclose(
+        np.diag(matrix), 0.0 if compute is compute_mse else 1.0, atol=1e-12
+    )
+
+
+def test_pearson_of_a_constant_tensor_is_refused_and_named():
+    tensors = make_noise()
+    tensors[3] = 0.25
+    with pytest.raises(InvalidInput, match=r"trial\(s\) 3 are constant .* undefined"):
+        compute_pearson(tensors)

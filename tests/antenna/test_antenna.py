@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from feeler import Antenna, presets
-from feeler.antenna import Constant, Exponential, Linear, Sigmoid, Tabulated
+from feeler.antenna import Constant, Exponential, Linear, Sigmoid, Tabulated, compute_modes
 from feeler.antenna.animals import FACTS, PROFILE_NAMES
+from feeler.antenna.segments import compute_mass_matrix
 from feeler.errors import InvalidInput
 
 GOOD = {
@@ -178,3 +179,50 @@ def test_a_hinge_may_rest_folded_back_and_no_further(sign):
     assert Antenna(**GOOD, rest_angle=sign * np.pi).rest_angle[0] == sign * np.pi
     with pytest.raises(InvalidInput, match="within ±π rad"):
         Antenna(**GOOD, rest_angle=sign * np.nextafter(np.pi, 4))
+
+
+def test_matched_control_has_the_same_total_compliance():
+    exponential, matched = presets.cockroach(), presets.cockroach("matched")
+    assert np.sum(1 / matched.stiffness) == pytest.approx(np.sum(1 / exponential.stiffness))
+
+
+def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():
+    """Against a slow, obvious reference: the energy of every rod for random hinge rates."""
+    rng = np.random.default_rng(1)
+    antenna = Antenna(
+        **(
+            GOOD
+            | {
+                "segment_length": rng.uniform(0.5, 2.0, 6),
+                "segment_mass": rng.uniform(1, 2, 6),
+            }
+        )
+    )
+    rate = rng.normal(size=6)
+    energy, velocity = 0.0, 0.0
+    for n in range(6):
+        spin = rate[: n + 1].sum()
+        length = antenna.segment_length[n]
+        mass = antenna.segment_mass[n]
+        centre = velocity + spin * length / 2
+        energy += 0.5 * mass * centre**2 + 0.5 * mass * length**2 / 12 * spin**2
+        velocity += spin * length
+    assert 0.5 * rate @ compute_mass_matrix(antenna) @ rate == pytest.approx(energy)
+
+
+@pytest.mark.parametrize(("mode", "root"), [(0, 1.8751041), (1, 4.6940911)])
+def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
+    """ω = β² √(EI / m̄ L⁴); the clamped half segment makes hinge 1 twice as stiff."""
+    n, length, stiffness, density = 200, 40.0, 5.0, 1e-4
+    step = length / n
+    k = np.full(n, stiffness / step)
+    k[0] *= 2
+    antenna = Antenna(
+        segment_length=np.full(n, step),
+        segment_mass=density * step,
+        radius=0.1,
+        stiffness=k,
+        damping=0.0,
+    )
+    expected = root**2 * np.sqrt(stiffness / (density * length**4)) / (2 * np.pi)
+    assert compute_modes(antenna, 2).frequency[mode] == pytest.approx(expected, rel=2e-3)

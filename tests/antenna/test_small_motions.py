@@ -102,3 +102,21 @@ def test_factors_fill_their_range_evenly_in_the_logarithm(name, low, high):
     assert np.abs(values - even).max() < 1.63 / np.sqrt(values.size) * np.log(
         high / low
     )  # Kolmogorov–Smirnov at 1 %
+
+
+def test_damping_in_proportion_to_stiffness_damps_each_mode_in_proportion_to_its_frequency():
+    antenna = ANTENNA.replace(damping=0.7 * ANTENNA.stiffness)
+    found = compute_modes(antenna, 3)
+    np.testing.assert_allclose(found.damping_ratio, 0.7 * np.pi * found.frequency, rtol=1e-10)
+
+
+def test_a_shake_far_above_all_modes_leaves_a_lone_rods_centre_of_percussion_still():
+    """A free rod pushed at one end turns about the point two thirds along it: its other end swings
+    by −½.
+    """
+    rod = Antenna(
+        segment_length=[3.0], segment_mass=[1e-3], radius=0.1, stiffness=[1e-3], damping=[1e-4]
+    )
+    np.testing.assert_allclose(
+        compute_base_response(rod, np.array([1e3]))[0], [1.0, -0.5], atol=1e-4
+    )

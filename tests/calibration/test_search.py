@@ -245,3 +245,13 @@ def test_a_family_of_hinges_fits_an_antenna():
     np.testing.assert_allclose(found.p, [1.3], rtol=1e-3)
     with pytest.raises(InvalidInput, match="unknown family of hinges 'beyond the base'; valid"):
         make_hinges("beyond the base", make_small())
+
+
+def test_frequency_scales_as_the_square_root_of_stiffness_over_mass():
+    """Stiffness ×4 and damping ×2 double every rate and keep every damping ratio."""
+    slow, fast = (
+        Protocol(timestep=0.01).measure(make_small(k, np.sqrt(k)), NAMES).values
+        for k in (1.0, 4.0)
+    )
+    assert fast[0] / slow[0] == pytest.approx(2.0, rel=0.01)
+    assert fast[1] == pytest.approx(slow[1], rel=0.01)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, compute_mass_matrix
 from feeler.errors import InvalidInput
 from feeler.objects import Trial, Wall, make_feature
 from feeler.objects.bodies import Object
@@ -271,3 +271,44 @@ def test_any_number_of_segments(n):
     scene = Scene(antenna=uniform(n, stiffness=1.0, damping=1.0), angle=rng.normal(0, 0.01, n))
     motion = run_scene(scene, Clock(duration=3, timestep=0.02), "chain")
     assert np.abs(motion.angle[-1]).max() < np.abs(motion.angle[0]).max()
+
+
+def test_one_damped_segment_creeps_as_implicit_euler_says():
+    antenna = uniform(1, stiffness=1e-3, damping=2.0)
+    h, inertia = 0.1, 1e-6 * 0.3**2 / 3
+    q, v, expected = 0.4, 0.0, []
+    for _ in range(50):
+        expected.append(q)
+        v += h * (-1e-3 * q - 2.0 * v) / (inertia + h * 2.0)
+        q += h * v
+    found = run_scene(
+        Scene(antenna=antenna, angle=np.array([0.4])),
+        Clock(duration=5, sample_interval=h, timestep=h),
+        "chain",
+    )
+    np.testing.assert_allclose(found.angle[:, 0], expected, rtol=1e-12)
+
+
+def test_small_step_starts_with_the_dense_mass_matrix():
+    antenna, rng = make_preset("cockroach"), np.random.default_rng(3)
+    angle = antenna.rest_angle + 1e-9 * rng.normal(size=140)
+    h = 1e-3
+    found = run_scene(
+        Scene(antenna=antenna, angle=angle),
+        Clock(duration=2 * h, sample_interval=h, timestep=h),
+        "chain",
+    )
+    mass = compute_mass_matrix(antenna) + h * np.diag(antenna.damping)
+    expected = h * np.linalg.solve(mass, -antenna.stiffness * (angle - antenna.rest_angle))
+    np.testing.assert_allclose(found.velocity[1], expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_damping_only_takes_energy():
+    antenna, rng = uniform(12, damping=1e-3), np.random.default_rng(7)
+    scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 12))
+    energy = compute_energy(
+        antenna,
+        run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain"),
+    )
+    assert np.all(np.diff(energy) < 1e-3 * energy[0])
+    assert energy[-1] < 0.5 * energy[0]
