@@ -95,7 +95,7 @@ def compute(context: Context) -> SimpleNamespace:
 def fit_profiles(
     tensors: Mapping[str, Any], effort: Scale, random_state: int = 0
 ) -> SimpleNamespace:
-    """Encode each profile's tensors by itself, on the touches of the slowest speed that all
+    """Encode each profile's tensors alone, on the touches of the slowest speed that all
     profiles have, as profiles are compared there.
 
     tensors : Datasets by profile, with location and speed.

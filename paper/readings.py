@@ -51,7 +51,7 @@ NATURAL = ("stated", "natural", "possible", "far")
 FILE = "readings.json"
 _ORDERS = ("order", "greatest", "least")
 _SURE = 0.95  # share of draws of fits that says yes; 1 - _SURE says no
-_OVERLAP = 0.005  # how often 95 % intervals of the same value are apart
+_OVERLAP = 0.005  # how often 95 % intervals of the same value are apart: P(|z| > 1.96 √2)
 _MOST_WAYS = 2  # of each side that are said
 _MOST_LEAVES, _LEAF = 8, 0.01  # of a rule; a leaf must be worth this share of the readings
 _CLEAR = 0.9  # share of the readings that agree where a sentence comes out
@@ -347,16 +347,15 @@ def make_rows(
         if sentence.of not in ("", "nothing") and min(spread[3] for spread in spreads) < 2:
             agrees = None
         if isinstance(next(iter(by_group.values())), np.ndarray):
-            starts, least = (
-                [by_group[group] for group in sentence.groups],
-                find_threshold(sentence),
-            )
+            starts = [by_group[group] for group in sentence.groups]
+            least = find_threshold(sentence)
             share, looser, stricter = (
                 _share_draws(sentence, starts, chosen, threshold)
                 for threshold in (least, *_list_around(sentence, least))
             )
-            one_start = min(spread[3] for spread in spreads) < 2  # no sample of fits
-            agrees = None if one_start else _is_sure(share)
+            agrees = _is_sure(share)
+            if min(spread[3] for spread in spreads) < 2:  # one start is no sample of fits
+                looser, stricter, agrees = np.nan, np.nan, None
         null = [nulls.get(group, np.nan) for group in sentence.groups]
         identical = (
             sentence.identical == "order"
@@ -882,5 +881,5 @@ def _list_around(sentence: Sentence, asked: float) -> list[float]:
 
 
 def _is_sure(share: float) -> bool | None:
-    """What a share of draws of the starts says."""
+    """What a share of draws of the starts says; NaN says nothing."""
     return True if share >= _SURE else False if share <= 1 - _SURE else None

@@ -31,15 +31,13 @@ from feeler.report import (
     render_page,
 )
 from paper.context import Context
-from paper.readings import WORDS
-from paper.statements import Judged, count_intervals, count_verdicts
+from paper.statements import MARKS, Judged, count_intervals, count_verdicts
 from paper.table import RESULTS, Results, fill_front, read_declared
 
 DETAILS = "details.html"
 OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"
 _THUMB = (150, 96)  # pixels
 _NAMED = re.compile(r"(?:Fig\.|,) (S?\d)")
-_MARKS = ("good", "half", "bad", "none")  # as the verdicts are, in their order
 
 
 def write_report(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
@@ -144,10 +142,8 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
         anchor = f"fig{number.replace(' ', '')}"
         parts.append(Part(name=anchor, title=f"{figure['name']}  {figure['title']}", body=body))
         marks = [one.mark for one in {one.statement.id: one for one in (*own, *named)}.values()]
-        counts = {mark: n for mark in _MARKS if (n := marks.count(mark))}
-        told = "; ".join(
-            f"{counts[m]} {word}" for m, word in zip(_MARKS, WORDS, strict=True) if m in counts
-        )
+        counts = {mark: n for mark in MARKS.values() if (n := marks.count(mark))}
+        told = "; ".join(f"{counts[m]} {word}" for word, m in MARKS.items() if m in counts)
         thumbs.append(
             (
                 *(figure["name"], anchor, _shrink(*found[0]) if found else "", counts),

@@ -216,7 +216,7 @@ _OURS = {
     NEVER: "cannot be decided",
 }
 _WORSE = (OWN_WORDS, ANOTHER, NEVER, NOT)
-_MARKS = dict(zip(WORDS, ("good", "half", "bad", "none"), strict=True))
+MARKS = dict(zip(WORDS, ("good", "half", "bad", "none"), strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,7 +239,7 @@ class Judged:
     @property
     def mark(self) -> str:
         """What kind of verdict it is, for a page's colours."""
-        return _MARKS[self._shown]
+        return MARKS[self._shown]
 
     @property
     def holds(self) -> bool:

@@ -122,9 +122,7 @@ def _leave_out_errors(
     if all(tips):
         apart = np.linalg.norm(place[tips[0]] - place[tips[1]], axis=1)
         near = apart < _TOGETHER[0] * min(reach.values())
-        if (
-            near.mean() > _TOGETHER[1]
-        ):  # and not in passing; which of them is right is not known
+        if near.mean() > _TOGETHER[1]:  # not in passing; which is right is not known
             leave_out(tips, near, f"{tips[0]} and {tips[1]} on one place")
     if not found:
         return tracks, found, doubts
