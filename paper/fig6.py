@@ -564,8 +564,9 @@ def plot_contacts(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """A column per contact: simulation above, surrogate below, aligned on the tip's first peak."""
     axes = figure.subplots(2, len(data.touches.labels), sharex=True, sharey=True)
     limit = max(
-        float(np.rad2deg(np.abs(values)).max())
-        for values in (data.training.values, data.touches.values)
+        float(np.rad2deg(np.abs(touches.values[touches.labels.index(label)])).max())
+        for touches in (data.training, data.touches)
+        for label in data.differences
     )
     for (label, difference), (above, below) in zip(
         data.differences.items(), axes.T, strict=True

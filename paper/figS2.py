@@ -63,7 +63,7 @@ def _plot_path(tracks: Tracks, ax) -> None:
     ):
         ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
     ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
-    ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0.1, 1.0))
 
 
 def _plot_trace(data: SimpleNamespace, ax) -> None:
