@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from importlib.util import find_spec
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -73,7 +74,8 @@ class _PlainStream:
 
 @contextmanager
 def plain_output(words: Sequence[str] = ()) -> Iterator[None]:
-    """Standard output and error without anything that a terminal would obey.
+    """Standard output and error without anything that a terminal would obey; signs that its
+    encoding lacks are written as Python writes them.
 
     Parameters
     ----------
@@ -82,7 +84,9 @@ def plain_output(words: Sequence[str] = ()) -> Iterator[None]:
     """
     streams = sys.stdout, sys.stderr
     for name, stream in zip(("stdout", "stderr"), streams, strict=True):
-        if not isinstance(stream, _PlainStream):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+        if not isinstance(stream, _PlainStream | None):  # None: it was closed
             setattr(sys, name, _PlainStream(stream, words))
     try:
         yield
