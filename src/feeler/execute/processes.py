@@ -68,6 +68,7 @@ _GLANCE = 0.2  # s between two looks at whether the pool still works
 OPENINGS = 3  # [C] pools in a row that may break as they begin
 _BROKEN = (BrokenProcessPool, RuntimeError, OSError, EOFError)
 """What a pool raises whose processes end as they begin."""
+_GUARD = 'In a script, start batches under `if __name__ == "__main__":`.'
 CRASHES = (WorkerCrashed, MemoryError)
 """Errors that tell of the machine rather than of the task, so that a second try makes sense."""
 
@@ -108,6 +109,10 @@ class ProcessExecutor(AbstractContextManager):
 
     def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
         require_extra("pebble", "processes", "work in processes")
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            raise InvalidInput(
+                f"a worker that imports its script starts no processes. {_GUARD}"
+            )
         self.workers = check_workers(workers)
         if memory_limit is not None and memory_limit < 2**26:
             raise InvalidInput(
@@ -257,8 +262,7 @@ def _find_ended(pool: "ProcessPool") -> set[int]:
 def _explain_start() -> WorkerCrashed:
     return WorkerCrashed(
         f"{OPENINGS} times in a row worker processes ended as they began. The system may have run"
-        " out of memory: use fewer workers. In a script, start batches under"
-        ' `if __name__ == "__main__":`.'
+        f" out of memory: use fewer workers. {_GUARD}"
     )
 
 
