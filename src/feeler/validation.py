@@ -186,6 +186,13 @@ class _Array:
         except (TypeError, ValueError, OverflowError):
             raise FieldError(f"must be an array of {kind}, got {show(value)}") from None
         shape = np.shape(array)
+        named = [str(dim) for dim in getattr(value, "dims", ())]  # of a DataArray
+        places = enumerate(itertools.takewhile("...".__ne__, self.dims or ()))
+        if any(dim in named[:k] + named[k + 1 :] for k, dim in places):
+            raise FieldError(
+                f"must have the dims ({', '.join(self.dims or ())}) in this order, got"
+                f" ({', '.join(named)}); transpose it"
+            )
         if self.dims is not None and not self._fits(shape, self.dims):
             raise FieldError(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
         if self.bounds if self.given else array.dtype.kind in "iuf":

@@ -75,6 +75,13 @@ def test_a_value_that_is_none_is_refused_with_what_was_got(words, said):
     assert said in CliRunner().invoke(door.app, words).output
 
 
+@pytest.mark.parametrize(("words", "verb"), list_verbs())
+def test_every_verb_has_a_help_that_shows_all_of_its_options(words, verb):
+    said = CliRunner().invoke(door.app, [*words.split(), "--help"], catch_exceptions=False)
+    shown = [p.opts[-1] for p in verb.params if p.opts[0].startswith("-") and not p.hidden]
+    assert said.exit_code == 0 and [name for name in shown if name not in said.output] == []
+
+
 def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path):
     from feeler.design import search
 

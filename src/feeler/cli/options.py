@@ -110,7 +110,7 @@ _SHOWN_FIRST = {
     "convert": ("variable", "trial", "session_start", "identifier", "subject"),
     "robot check": ("antenna", "calibration", "unit", "gaps", "out"),
     "robot convert": ("out", "antenna", "calibration", "unit", "gaps"),
-    "robot fit": ("antenna", "calibration", "unit", "method", "out"),
+    "robot fit": ("antenna", "calibration", "unit", "joints", "out"),
     "robot classify": ("antenna", "objects", "speeds", "calibration", "out"),
     "robot train": ("out", "speeds", "noise", "calibration", "joints"),
     "robot stream": ("antenna", "objects", "speeds", "calibration", "serial"),
