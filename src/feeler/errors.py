@@ -6,7 +6,7 @@ import errno
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from importlib.util import find_spec
@@ -44,18 +44,11 @@ class _PlainStream:
     A carriage return at either end of a text stays: a line that is written anew begins so.
     """
 
-    def __init__(self, stream: TextIO, words: Sequence[str] = ()) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self.stream = stream
-        parts = {part for word in words for part in re.split("[/=:]", word) if "\n" in part}
-        stems = {part.rpartition(".")[0] for part in parts}
-        self._names = sorted(
-            (name for name in parts | stems if "\n" in name), key=len, reverse=True
-        )
 
     def write(self, text: str) -> int:
         """Write a text; how many characters it has."""
-        for name in self._names:
-            text = text.replace(name, escape(name))
         inner = text.strip("\r")
         before, _, after = text.partition(inner) if inner else (text, "", "")
         return self.stream.write(before + escape(inner, lines=True) + after)
@@ -72,18 +65,12 @@ class _PlainStream:
 
 
 @contextmanager
-def plain_output(words: Sequence[str] = ()) -> Iterator[None]:
-    """Standard output and error without anything that a terminal would obey.
-
-    Parameters
-    ----------
-    words
-        What was said on the command line; a newline in one of these names is written out too.
-    """
+def plain_output() -> Iterator[None]:
+    """Standard output and error without anything that a terminal would obey."""
     streams = sys.stdout, sys.stderr
     for name, stream in zip(("stdout", "stderr"), streams, strict=True):
         if not isinstance(stream, _PlainStream):
-            setattr(sys, name, _PlainStream(stream, words))
+            setattr(sys, name, _PlainStream(stream))
     try:
         yield
     finally:

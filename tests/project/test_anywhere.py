@@ -50,7 +50,7 @@ CALLS = [
     ("nwb", "convert t.nc t.nwb"),
     ("active", "import feeler.active.environment"),
     ("notebook", "feeler.studio.server:show_studio cockroach"),
-    ("cluster", "touch --store s.zarr --size 1 --size 2 --cluster local:2"),
+    ("cluster", "touch --store s.zarr --size 1 --size 2 --cluster tcp://127.0.0.1:9"),
     ("design", "design d.toml --out d"),
     ("parquet", "convert t.nc t.parquet"),
 ]

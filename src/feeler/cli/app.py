@@ -47,7 +47,7 @@ class _Verbs(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            with plain_output(sys.argv[1:]):
+            with plain_output():
                 return super().invoke(ctx)
         except KeyboardInterrupt:
             raise _Interrupted from None
@@ -85,7 +85,7 @@ def _options(
 def main() -> None:
     """Entry point of the ``feeler`` command."""
     try:
-        with warnings.catch_warnings(), plain_output(sys.argv[1:]):
+        with warnings.catch_warnings(), plain_output():
             say_warnings(put=_put_in_shell)
             _run()
     except SystemExit as end:

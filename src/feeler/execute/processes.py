@@ -1,5 +1,5 @@
 """Processes: workers that may crash or run out of memory without taking the batch with them; and a
-Dask client in their place, on this machine or on many.
+Dask client in their place, on many machines.
 """
 
 import logging
@@ -130,7 +130,7 @@ class ProcessExecutor(AbstractContextManager):
             pipe, theirs = _CONTEXT.Pipe()
             with _starting:
                 process = _CONTEXT.Process(
-                    target=_serve, args=(theirs, self.memory_limit), name=_NAME, daemon=True
+                    target=_serve, args=(theirs, self.memory_limit), name=_NAME
                 )
                 process.start()
             self._processes.add(process)
@@ -266,12 +266,11 @@ def find_free_memory() -> int:
     return max(free, 2**28)
 
 
-# Clusters: a Dask client in the place of workers, on this machine or on many.
+# Clusters: a Dask client in the place of workers, on many machines.
 
 _PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
 _CLUSTER_GLANCE = 1.0  # [C] s between two looks at whether there are workers
 _WAITING = "Start one, for which this waits, or press Ctrl-C twice."
-_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
 _GRACE = 2.0  # [C] s that a cluster's end may take; what then still runs is killed
 
 
@@ -366,8 +365,7 @@ def _explain(error: Exception) -> Exception:
 @checked
 @contextmanager
 def open_cluster(address: str) -> Iterator[Any]:
-    """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4``
-    for four processes here; closed at the end, and the processes with it.
+    """A Dask client by where its scheduler is, ``tcp://…`` or a JSON file; closed at the end.
 
     Raises
     ------
@@ -375,75 +373,22 @@ def open_cluster(address: str) -> Iterator[Any]:
         Dask is not installed.
     InvalidInput
         No scheduler answers, or no such address.
-    StoreError
-        Processes here end as they begin.
     """
     require_extra("distributed", "cluster", "a cluster")
     from distributed import Client
 
-    kind, _, number = address.partition(":")
-    if kind == "local":
-        if not number.isdecimal() or not 1 <= int(number) <= 1024:
-            raise InvalidInput(
-                f"cluster local:N starts N processes, 1 to 1024; got {address!r}."
-            )
-        cluster = _start_here(int(number))
-        try:
-            client = Client(cluster, set_as_default=False)
-            with _closing_soon(client, cluster):
-                yield client
-        finally:
-            cluster.shutdown_on_close = False  # else Dask closes it again as Python ends
-            for process in multiprocessing.active_children():
-                if process.name.startswith("Dask"):
-                    process.kill()
-        return
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
         client = Client(**where, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InvalidInput(
             f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask"
-            " scheduler`, or use local:4."
+            " scheduler`; on this machine alone use --processes."
         ) from error
-    with _closing_soon(client):
-        yield client
-
-
-def _start_here(n: int) -> Any:
-    """A cluster of processes here; where one of them ends as it begins, all are begun anew."""
-    import dask
-    from distributed import LocalCluster
-
-    # processes set their own log up, which would show what they meet while they are closed
-    dask.config.set({f"{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED": "critical"})
-    # Python's tracker removes semaphores of processes that were ended, and need not tell of
-    # it.
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    resource_tracker.ensure_running()
-    sys.warnoptions.pop()
-    for left in reversed(range(OPENINGS)):
-        try:
-            with _uninterrupted():  # Ctrl-C is this process's business
-                return LocalCluster(
-                    n_workers=n, threads_per_worker=1, processes=True, dashboard_address=None
-                )
-        except (RuntimeError, OSError) as error:
-            if left == 0:
-                raise StoreError(
-                    f"{OPENINGS} times a process of local:{n} ended as it began. The system may"
-                    " have run out of memory: use fewer. What is finished is in the store."
-                ) from error
-    raise AssertionError("unreachable")
-
-
-@contextmanager
-def _closing_soon(*closed: Any) -> Iterator[None]:
-    """Close these at the end, in a thread that is waited for no longer than ``_GRACE``."""
     try:
-        yield
-    finally:
-        thread = threading.Thread(target=lambda: [one.close() for one in closed], daemon=True)
+        yield client
+    finally:  # in a thread that is waited for no longer than this: it may hang
+        thread = threading.Thread(target=client.close, daemon=True)
         thread.start()
         thread.join(_GRACE)
 
