@@ -227,22 +227,7 @@ def read_state(changes, lacking=()):
     return contact
 
 
-def test_what_an_older_version_pickled_has_the_defaults_of_newer_fields():
-    assert read_state({}, ("angle", "count")) == Contact(stiffness=2.0, friction=0.1)
-
-
-@pytest.mark.parametrize(
-    ("changes", "lacking", "match"),
-    [
-        ({}, ("stiffness",), "another version of feeler pickled this Contact.*stiffness"),
-        (
-            {"width": 1.0},
-            (),
-            "another version of feeler pickled this Contact.*width.*Make it anew",
-        ),
-        ({"side": "up"}, ("name",), "another version .*side must be one of left, right"),
-    ],
-)
-def test_what_another_version_pickled_otherwise_is_refused(changes, lacking, match):
-    with pytest.raises(InvalidInput, match=match):
+@pytest.mark.parametrize(("changes", "lacking"), [({}, ("stiffness",)), ({"width": 1.0}, ())])
+def test_what_another_version_pickled_is_refused(changes, lacking):
+    with pytest.raises(InvalidInput, match="another version of feeler pickled this Contact"):
         read_state(changes, lacking)

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 from feeler.errors import FeelerError, InvalidInput, StoreError, require_extra
 from feeler.records import Record
@@ -81,46 +81,53 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
 
 
+def _open_regular(
+    path: str | os.PathLike, max_bytes: int | None = None, follow: bool = True
+) -> BinaryIO:
+    """A regular file of at most ``max_bytes``, open for reading."""
+    flags = os.O_NONBLOCK | (0 if follow else os.O_NOFOLLOW)
+    name = os.fspath(path)
+    try:
+        file = os.fdopen(os.open(path, os.O_RDONLY | flags), "rb")
+    except (OSError, ValueError) as error:
+        absent = isinstance(error, FileNotFoundError)
+        reason = "no such file" if absent else getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot read {name!s}: {reason}. Check the path.") from error
+    info = os.fstat(file.fileno())
+    wrong = ""
+    if not stat.S_ISREG(info.st_mode):
+        wrong = "is not a regular file"
+    elif max_bytes is not None and info.st_size > max_bytes:
+        wrong = f"has {info.st_size:,} bytes, over the limit of {max_bytes:,}. Split it"
+    if wrong:
+        file.close()
+        raise InvalidInput(f"{name!s} {wrong}.")
+    return file
+
+
 def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) -> bytes:
     """The bytes of a regular file of at most ``max_bytes``; pipes, devices and (``follow=False``)
     links are refused.
     """
-    flags = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | (0 if follow else os.O_NOFOLLOW)
-    try:
-        descriptor = os.open(path, flags)
-    except (OSError, ValueError) as error:
-        raise InvalidInput(
-            f"cannot read {os.fspath(path)!s}: {_explain_read(error)}. Check the path."
-        ) from error
-    info = os.fstat(descriptor)
-    if not stat.S_ISREG(info.st_mode) or info.st_size > max_bytes:
-        os.close(descriptor)
-        if not stat.S_ISREG(info.st_mode):
-            raise InvalidInput(f"{os.fspath(path)} is not a regular file.")
-        raise InvalidInput(
-            f"{os.fspath(path)} has {info.st_size:,} bytes, over the limit of {max_bytes:,}."
-            " Split it."
-        )
-    with os.fdopen(descriptor, "rb") as file:
+    with _open_regular(path, max_bytes, follow) as file:
         # not max_bytes: Python takes the memory for all that it is asked for
-        return file.read(info.st_size)
+        return file.read(os.fstat(file.fileno()).st_size)
+
+
+def read_start(path: str | os.PathLike, n_bytes: int) -> bytes:
+    """The first bytes of a regular file, by which it is recognised."""
+    with _open_regular(path) as file:
+        return file.read(n_bytes)
 
 
 def find_file(path: str | os.PathLike, kinds: Iterable[str], max_bytes: int) -> Path:
     """The path of a regular file of at most ``max_bytes`` whose name ends in one of ``kinds``."""
-    try:
-        path = Path(path)
-        there, size = path.is_file(), path.stat().st_size if path.exists() else 0
-    except (TypeError, ValueError, OSError) as error:
-        raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
+    path = Path(path)
     if path.suffix.lower() not in kinds:
         raise InvalidInput(
             f"{path.name!r} is none of {', '.join(kinds)}; save it as one of these."
         )
-    if not there:
-        raise InvalidInput(f"cannot read {path}: no such file. Check the path.")
-    if size > max_bytes:
-        raise InvalidInput(f"{path} has {size:,} bytes, over the limit of {max_bytes:,}.")
+    _open_regular(path, max_bytes).close()
     return path
 
 
@@ -174,27 +181,6 @@ def ensure_folder(path: str | os.PathLike) -> Path:
         words = f"cannot make the folder {os.fspath(path)!s}: {error.strerror}. Name another."
         raise InvalidInput(words) from error
     return Path(path)
-
-
-def read_start(path: str | os.PathLike, n_bytes: int) -> bytes:
-    """The first bytes of a regular file, by which it is recognised."""
-    try:
-        if not os.path.isfile(
-            path
-        ):  # also false for pipes and devices, which could keep us waiting
-            reason = "not a regular file" if os.path.exists(path) else "no such file"
-            raise InvalidInput(f"cannot read {path!s}: {reason}. Check the path.")
-        with open(path, "rb") as file:
-            return file.read(n_bytes)
-    except (OSError, ValueError) as error:
-        if isinstance(error, InvalidInput):
-            raise
-        raise InvalidInput(f"cannot read {path!s}: {_explain_read(error)}.") from error
-
-
-def _explain_read(error: Exception) -> object:
-    absent = isinstance(error, FileNotFoundError)
-    return "no such file" if absent else getattr(error, "strerror", None) or error
 
 
 def read_text(path: str | os.PathLike, max_bytes: int) -> str:
@@ -256,17 +242,12 @@ def sweep_old(folder: Path, pattern: str, *, keep: int = 0, days: float = 0.0) -
     what cannot be removed stays.
     """
     latest = time.time() - days * 24 * 3600
-    for path in sorted(folder.glob(pattern), key=_find_time, reverse=True)[keep:]:
-        if _find_time(path) <= latest:
-            with contextlib.suppress(OSError):
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
-
-
-def _find_time(path: Path) -> float:
-    try:
-        return path.lstat().st_mtime
-    except OSError:  # somebody else removed it
-        return 0.0
+    with contextlib.suppress(OSError):
+        for path in sorted(folder.glob(pattern), key=os.path.getmtime, reverse=True)[keep:]:
+            if path.stat().st_mtime <= latest and path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            elif path.stat().st_mtime <= latest:
+                path.unlink()
 
 
 class Lock:
@@ -510,15 +491,7 @@ def check_room(path: Path, n_bytes: int, what: str) -> None:
 
 def measure_folder(folder: Path) -> int:
     """Bytes of all files in a folder and in those within it."""
-    entries = [*os.scandir(folder)]
-    files = sum(
-        entry.stat().st_size for entry in entries if entry.is_file(follow_symlinks=False)
-    )
-    return files + sum(
-        measure_folder(Path(entry.path))
-        for entry in entries
-        if entry.is_dir(follow_symlinks=False)
-    )
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
 @contextlib.contextmanager

@@ -69,28 +69,23 @@ class ProgressBar(AbstractContextManager):
 
     def __call__(self, done: int, total: int) -> None:
         with self._lock:  # threads of one piece of work may report by themselves
-            self._take(done, total)
-
-    def _take(self, done: int, total: int) -> None:
-        if self._first is None:
-            self._first = done - 1
-        rate, left = self.measure(done, total)
-        if self._json:
-            event = {
-                "event": self._title,
-                "done": done,
-                "total": total,
-                "per_second": rate,
-                "seconds_left": left,
-            }
-            event |= (
-                {"failed": self._failed, "bytes": self._stored}
-                if self._stored is not None
-                else {}
-            )
-            print(json.dumps(event), file=self._stream, flush=True)
-        elif self._bar or self._page or self._may_draw():
-            self._draw(done, total, rate, left)
+            self._first = done - 1 if self._first is None else self._first
+            rate, left = self.measure(done, total)
+            if self._json:
+                event = {"event": self._title, "done": done, "total": total}
+                event |= {"per_second": rate, "seconds_left": left}
+                if self._stored is not None:
+                    event |= {"failed": self._failed, "bytes": self._stored}
+                print(json.dumps(event), file=self._stream, flush=True)
+            elif self._bar or self._page or self._may_draw():
+                ProgressBar._on_screen = self
+                words = f"{rate:.3g}/s{self._add(done)}"
+                if _find_notebook() and not self._stream.isatty():
+                    self._draw_page(done, total, f"{words}, {left:.0f} s left")
+                else:
+                    self._draw_bar(done, total, words)
+                if done >= total:
+                    self.close()
 
     def _may_draw(self) -> bool:
         """Whether somebody looks, has waited long enough, and sees no other bar."""
@@ -116,15 +111,6 @@ class ProgressBar(AbstractContextManager):
         rate = (done - (self._first or 0)) / elapsed
         return round(rate, 4), round((total - done) / rate, 1) if rate > 0 else 0.0
 
-    def _draw(self, done: int, total: int, rate: float, left: float) -> None:
-        ProgressBar._on_screen = self
-        if _find_notebook() and not self._stream.isatty():
-            self._draw_page(done, total, f"{rate:.3g}/s{self._add(done)}, {left:.0f} s left")
-        else:
-            self._draw_bar(done, total, rate)
-        if done >= total:
-            self.close()
-
     def _draw_page(self, done: int, total: int, words: str) -> None:
         from IPython.display import HTML, display
 
@@ -135,7 +121,7 @@ class ProgressBar(AbstractContextManager):
         else:
             self._page.update(shown)
 
-    def _draw_bar(self, done: int, total: int, rate: float) -> None:
+    def _draw_bar(self, done: int, total: int, words: str) -> None:
         from rich.console import Console
         from rich.progress import (
             BarColumn,
@@ -146,14 +132,11 @@ class ProgressBar(AbstractContextManager):
         )
 
         if self._bar is None:
-            columns = (
+            self._bar = Progress(
                 TextColumn("{task.description}"),
                 BarColumn(),
                 MofNCompleteColumn(),
                 TimeRemainingColumn(),
-            )
-            self._bar = Progress(
-                *columns,
                 TextColumn("{task.fields[rate]}"),
                 console=Console(file=get_terminal(self._stream)),
             )
@@ -161,9 +144,7 @@ class ProgressBar(AbstractContextManager):
             self._bar.add_task(
                 escape(self._title), total=total, completed=self._first or 0, rate=""
             )
-        self._bar.update(
-            self._bar.task_ids[0], completed=done, rate=escape(f"{rate:.3g}/s{self._add(done)}")
-        )
+        self._bar.update(self._bar.task_ids[0], completed=done, rate=escape(words))
 
     def close(self) -> None:
         """Leave the terminal tidy; a second call does nothing."""

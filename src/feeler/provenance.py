@@ -186,38 +186,25 @@ class Journal(AbstractContextManager):
         self._entries: dict[str, Any] = {}
         if path is None:
             return
-        self._path, self._key = Path(path), key
-        line = json.dumps({"key": key}).encode()
-        if not _FIRST_LINE.fullmatch(line):
+        self._path, self._size = Path(path), 0
+        first = json.dumps({"key": key}).encode()
+        if not _FIRST_LINE.fullmatch(first):
             raise InvalidInput(
                 f"a journal's key must be 1 to 16 hexadecimal digits, got {key!r}."
             )
-        self._first = line + b"\n"
         lock = self._path.with_name(f".{self._path.name}.lock")
         self._lock = Lock(lock, f"the journal {path}")
         try:
-            self._open(of)
-        except BaseException:
-            self.close()
-            raise
-
-    def _open(self, of: str) -> None:
-        known, self._size = self._path.exists(), 0
-        if known:
-            self._entries, self._size = _read_journal(self._path, self._key, of)
-        try:
-            # one that came into being meanwhile is somebody else's
-            self._file = self._path.open("ab" if known else "xb", buffering=0)
-        except OSError as error:
-            raise StoreError(f"cannot write {self._path}: {error.strerror}.") from error
-        if self._size:
+            if self._path.exists():
+                self._entries, self._size = _read_journal(self._path, key, of)
+            self._file = self._path.open("ab", buffering=0)
             self._file.truncate(self._size)
-            return
-        try:
-            self._write(self._first)
-        except StoreError:
-            if not known:  # a full disk: an empty file would say nothing
-                self._path.unlink(missing_ok=True)
+            if not self._size:
+                self._write(first + b"\n")
+        except BaseException as error:
+            self.close()
+            if isinstance(error, OSError) and not isinstance(error, StoreError):
+                raise StoreError(f"cannot write {self._path}: {error.strerror}.") from error
             raise
 
     def __len__(self) -> int:
@@ -279,26 +266,20 @@ def _read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any]
     whole = raw.rfind(b"\n") + 1
     if not raw:
         return {}, 0
-    first, *lines = raw[:whole].splitlines() or [b""]
-    found = _FIRST_LINE.fullmatch(first)
-    if found is None:
+    try:
+        first, *lines = raw[:whole].splitlines()
+        found = _FIRST_LINE.fullmatch(first)[1].decode()  # type: ignore[index]
+        kept = [parse_json(line, "a line") for line in lines]
+        entries = {_write_name(line["name"]): line["result"] for line in kept}
+    except (InvalidInput, KeyError, ValueError, TypeError) as error:
         raise InvalidInput(
-            f"{path} is no journal of a {of}. Name another; it is left as it is."
-        )
-    if found[1].decode() != key:
+            f"{path} is no journal of a {of} ({error}). Name another; it is left as it is."
+        ) from error
+    if found != key:
         raise InvalidInput(
             f"{path} belongs to another {of}: settings or versions differ. Remove it, or name"
             " another."
         )
-    entries = {}
-    try:
-        for line in lines:
-            entry = parse_json(line, "a line")
-            entries[_write_name(entry["name"])] = entry["result"]
-    except (InvalidInput, KeyError) as error:
-        raise InvalidInput(
-            f"{path} is no journal of a {of} ({error}). Remove it, or name another."
-        ) from error
     return entries, whole
 
 

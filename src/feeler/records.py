@@ -6,7 +6,7 @@ import base64
 import dataclasses
 import functools
 from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from html import escape
 from pkgutil import resolve_name
 from typing import (
@@ -20,7 +20,7 @@ from typing import (
 )
 
 import numpy as np
-from annotated_types import Ge, Gt, Le, Len, Lt, MultipleOf
+from annotated_types import Ge, Gt, Le, Len, Lt
 
 from feeler.errors import InvalidInput, suggest
 from feeler.validation import (
@@ -30,7 +30,6 @@ from feeler.validation import (
     Rules,
     Unit,
     freeze,
-    make_schema,
     name_class,
     resolve_hints,
     show,
@@ -171,12 +170,10 @@ def _tell_value(value: Any) -> str:
         finite = value[np.isfinite(value)]
         span = f"{finite.min():.4g} … {finite.max():.4g}" if finite.size else "no finite number"
         return f"{' × '.join(map(str, value.shape))}, {span}"
-    if isinstance(value, tuple | list) and len(value) > _MAX_LISTED:
-        return f"{len(value)} of {type(value[0]).__name__}"
     if isinstance(value, tuple | list):
-        return ", ".join(map(_tell_value, value))
-    if is_dataclass(value) and not isinstance(value, type):
-        return f"{type(value).__name__} of {', '.join(one.name for one in fields(value))}"
+        return ", ".join(map(_tell_value, value[:_MAX_LISTED])) + " …" * (
+            len(value) > _MAX_LISTED
+        )
     text = " ".join(str(value).split())
     return text if len(text) <= 120 else f"{text[:110]} …"
 
@@ -226,14 +223,13 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 #         side: Literal["left", "right"] = "left"
 #
 # ``Contact(stiffness=-1)`` raises ``InvalidInput("Contact.stiffness must be > 0 N/mm, got
-# -1.")``; ``contact.replace(friction=0)`` is another record. pydantic checks the fields (it is
-# loaded when the first record is made), and its errors become sentences in one place. What
-# annotations say:
+# -1.")``; ``contact.replace(friction=0)`` is another record. What annotations
+# say:
 #
 # - ``float``, ``int``, ``bool``, ``str``: a number may be Python's or NumPy's, True is no number,
 #   and a number is finite unless ``ALLOW_NAN`` stands beside it. ``float`` fields hold floats
 #   afterwards.
-# - ``Gt, Ge, Lt, Le, Len, MultipleOf`` are ranges, ``Unit`` is said in messages, ``Choice(names)``
+# - ``Gt, Ge, Lt, Le, Len`` are ranges, ``Unit`` is said in messages, ``Choice(names)``
 #   takes a registry, a dictionary or a list of names, and a text beside them is a remark.
 # - ``tuple[float, float]`` and the like take any list, tuple or row of an array; a record takes
 #   another record or a table of its fields; any other class takes its own objects.
@@ -251,7 +247,6 @@ __all__ = [
     "Le",
     "Len",
     "Lt",
-    "MultipleOf",
     "Record",
     "Unit",
     "freeze",
@@ -316,10 +311,6 @@ class Record:
         """The same record with some fields changed, checked again."""
         return dataclasses.replace(self, **changes)
 
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
-        return make_schema(cls.from_plain)
-
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
@@ -342,20 +333,14 @@ class Record:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         if state.keys() != {f.name for f in dataclasses.fields(self)}:
-            state = self._make_anew(state).__getstate__()
+            raise InvalidInput(
+                f"another version of feeler pickled this {type(self).__name__}. Make it anew, or"
+                " read it from a file."
+            )
         for value in state.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
         vars(self).update(state)
-
-    @classmethod
-    def _make_anew(cls, state: dict[str, Any]) -> Self:
-        """What another version pickled, whose fields were others."""
-        try:
-            return cls(**state)
-        except (InvalidInput, TypeError) as error:
-            words = f"another version of feeler pickled this {cls.__name__}: {error}"
-            raise InvalidInput(f"{words} Make it anew, or read it from a file.") from error
 
 
 def _refuse(self: Record, name: str, *_: Any) -> None:

@@ -1,10 +1,10 @@
 """The guard: a file from outside is opened by its library in a process of its own, with limits on
 memory and time.
 
-``function(path)`` runs there and gives JSON and arrays (anything with shape, dtype and slices).
-They come back through a pipe in frames: ``j`` the JSON and the arrays' types, ``d`` a block of
-numbers, ``e`` what is wrong. Whatever a hostile file does to its library happens in that process,
-which can write no file and is ended at the limits.
+``function(path)`` runs there and gives JSON and arrays (anything with shape, dtype and ``[...]``).
+A line of JSON with the arrays' types comes back through one pipe, then their numbers; what is wrong
+comes through another. Whatever a hostile file does to its library happens in that process, which
+can write no file and is ended at the limits.
 """
 
 import contextlib
@@ -13,11 +13,10 @@ import math
 import os
 import re
 import signal
-import struct
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice
@@ -31,7 +30,6 @@ resource: Any = (
     resolve_name("resource") if find_spec("resource") else None
 )  # where there is none, the clock ends it
 _BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
-_BLOCK = 16 * 2**20  # bytes sent together
 _TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
 _ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
@@ -39,8 +37,7 @@ _ENVIRONMENT = {
     "HDF5_USE_FILE_LOCKING": "FALSE",
 }
 MAX_TEXT = 64 * 2**20  # [C] bytes of JSON and other text in one file
-_FRAME = struct.Struct(">cQ")
-_Frames = Iterator[tuple[bytes, bytes]]
+_Answer = tuple[Any, dict[str, Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +94,7 @@ def open_guarded(
     *,
     trusted: bool = False,
     words: tuple[str, ...] = (),
-) -> tuple[Any, dict[str, Any]]:
+) -> _Answer:
     """What ``function`` (``"module:name"``) makes of a file or folder: JSON, arrays by name;
     ``trusted``: here, without limits.
 
@@ -111,135 +108,101 @@ def open_guarded(
     if trusted:
         content, arrays = resolve_name(function)(os.fspath(path), *words)
         return content, {key: item[...] for key, item in arrays.items()}
-    limits, name = find_limits(limits), Path(path).name
-    frames = _ask(function, os.fspath(path), limits, name, words)
-    content, plan = json.loads(_take(frames, b"j", name))
-    limits.check_bytes(
-        sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name
-    )  # before memory is taken
-    return content, {key: _fill(frames, kind, shape, name) for key, kind, shape in plan}
+    return _ask(function, os.fspath(path), find_limits(limits), Path(path).name, words)
 
 
-def _fill(frames: _Frames, kind: str, shape: list[int], name: str) -> Any:
+def _ask(
+    function: str, path: str, limits: Limits, name: str, words: tuple[str, ...]
+) -> _Answer:
+    """What a process that runs :func:`main` answers."""
     import numpy as np  # whoever reads TOML does without
 
-    values, place = np.empty(math.prod(shape) * int(kind[-1]), np.uint8), 0
-    while place < values.size:
-        part = np.frombuffer(_take(frames, b"d", name), np.uint8)
-        values[place : place + part.size] = part
-        place += part.size
-    return values.view(kind).reshape(shape)
-
-
-def _take(frames: _Frames, wanted: bytes, name: str) -> bytes:
-    kind, part = next(frames, (b"e", b"is damaged: its reader ended early."))
-    if kind != wanted or (wanted == b"d" and not part):
-        raise InvalidInput(f"{name}: {part[:1000].decode('utf-8', 'replace')}")
-    return part
-
-
-def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, ...]) -> _Frames:
-    """Frames from a process that runs :func:`main`."""
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
     size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
     seconds = limits.max_seconds + 30 * size / 2**30
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "feeler.sandbox",
-        function,
-        path,
-        str(limits.max_bytes),
-        str(seconds),
-    ]
-    command += more
-    environment = {
-        **os.environ,
-        **_ENVIRONMENT,
-        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
-    }
-    pipes = {
-        "stdin": subprocess.DEVNULL,
-        "stdout": subprocess.PIPE,
-        "stderr": subprocess.DEVNULL,
-    }
-    with subprocess.Popen(command, env=environment, **pipes) as process:  # type: ignore[call-overload]
+    command = [sys.executable, "-P", "-m", "feeler.sandbox", function, path]
+    command += [str(limits.max_bytes), str(seconds), *words]
+    paths = os.pathsep.join(filter(None, sys.path))
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        command,
+        env={**os.environ, **_ENVIRONMENT, "PYTHONPATH": paths},
+        stdin=subprocess.DEVNULL,
+        stdout=pipe,
+        stderr=pipe,
+    ) as process:
         clock = threading.Timer(
             seconds if resource is None else 6 * seconds + 30, process.kill
         )  # others want the CPU
         clock.start()
         try:
-            while len(head := process.stdout.read(_FRAME.size)) == _FRAME.size:
-                kind, length = _FRAME.unpack(head)
-                yield kind, process.stdout.read(min(length, MAX_TEXT))
-            if code := process.wait():
-                slow = code in (-signal.SIGKILL, -getattr(signal, "SIGXCPU", 0))
-                fate = (
-                    f"took longer than {seconds:.3g} s (Limits.max_seconds)"
-                    if slow
-                    else f"broke down (code {code})"
-                )
-                raise InvalidInput(f"{name} is damaged or hostile: its reader {fate} over it.")
+            head = process.stdout.readline(MAX_TEXT + 2)  # type: ignore[union-attr]
+            content, plan = json.loads(head) if head.endswith(b"\n") else (None, [])
+            _check_bytes(limits, plan, name)  # before memory is taken
+            arrays = {key: np.empty(shape, kind) for key, kind, shape in plan}
+            for values in arrays.values():
+                process.stdout.readinto(values.reshape(-1).view(np.uint8))  # type: ignore[union-attr]
+            said = process.stderr.read(1000).decode("utf-8", "replace")  # type: ignore[union-attr]
+            code = process.wait()
         finally:
             clock.cancel()
             process.kill()
+    if code:
+        slow = code in (-signal.SIGKILL, -getattr(signal, "SIGXCPU", 0))
+        fate = (
+            f"took longer than {seconds:.3g} s (Limits.max_seconds)"
+            if slow
+            else f"broke down (code {code})"
+        )
+        raise InvalidInput(f"{name} is damaged or hostile: its reader {fate} over it.")
+    if said or content is None:
+        raise InvalidInput(f"{name}: {said or 'is damaged: its reader ended early.'}")
+    return content, arrays
 
 
-def answer(function: str, path: str, max_bytes: int, *words: str) -> _Frames:
-    """The frames of one file; any failure becomes the last of them."""
+def _check_bytes(limits: Limits, plan: Iterable[tuple[str, str, list[int]]], what: str) -> None:
+    sizes = (math.prod(shape) * int(kind[-1]) for _, kind, shape in plan)
+    limits.check_bytes(sum(sizes), what)
+
+
+def answer(function: str, path: str, max_bytes: int, *words: str) -> Iterator[Any]:
+    """The line of JSON, then each array; any failure becomes an InvalidInput about the file."""
     try:
         content, arrays = resolve_name(function)(path, *words)
         plan = [
-            [name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()
+            (name, item.dtype.str, list(map(int, item.shape))) for name, item in arrays.items()
         ]
         for name, kind, _ in plan:
             if not _TYPE.fullmatch(kind):
                 raise InvalidInput(
                     f"{name[:60]!r} has the type {kind}; readable are numbers and texts."
                 )
-        text = json.dumps([content, plan], default=str).encode()
+        _check_bytes(Limits(max_bytes=max_bytes), plan, "it")
+        text = json.dumps([content, plan], default=str)
         if len(text) > MAX_TEXT:
             raise InvalidInput(
                 f"it holds {len(text) >> 20} MiB of text, over the limit of {MAX_TEXT >> 20} MiB."
             )
-        Limits(max_bytes=max_bytes).check_bytes(
-            sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), "it"
-        )
-        yield b"j", text
-        yield from ((b"d", block) for item in arrays.values() for block in _cut(item))
-    except InvalidInput as error:
-        yield b"e", str(error).encode("utf-8", "replace")
-    except MemoryError:
-        yield (
-            b"e",
-            (
-                f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB"
-                " (FEELER_MAX_GIB)."
-            ).encode(),
-        )
+        yield text.encode() + b"\n"
+        yield from (item[...] for item in arrays.values())
+    except InvalidInput:
+        raise
+    except MemoryError as error:
+        raise InvalidInput(
+            f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB (FEELER_MAX_GIB)."
+        ) from error
     # whatever a library says of a damaged file is news about the file, not about us
     except Exception as error:
         said = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        yield b"e", f"is damaged or of another kind ({said}).".encode("utf-8", "replace")
-
-
-def _cut(item: Any) -> Iterator[bytes]:
-    """An array's bytes in blocks; read by whole rows, and by whole chunks of the file."""
-    n_bytes, n_rows, rows = math.prod(item.shape) * item.dtype.itemsize, 1, 1
-    if whole := bool(item.shape and n_bytes):
-        n_rows, chunk = item.shape[0], (getattr(item, "chunks", None) or (1,))[0]
-        rows = chunk * max(1, _BLOCK * n_rows // (chunk * n_bytes))
-    for start in range(0, n_rows, rows):
-        raw = (item[start : start + rows] if whole else item[()]).tobytes()
-        yield from (raw[place : place + _BLOCK] for place in range(0, len(raw), _BLOCK))
+        raise InvalidInput(f"is damaged or of another kind ({said}).") from error
 
 
 def main() -> None:
-    """Answer on standard output; what libraries print goes elsewhere."""
+    """Answer on standard output and error; what libraries print goes nowhere."""
     function, path, max_bytes, seconds, *words = sys.argv[1:]
-    out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
+    out, wrong = os.fdopen(os.dup(1), "wb"), os.dup(2)
+    for number in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), number)
     limits = {
         "DATA": int(max_bytes) + _BASE,
         "CPU": math.ceil(float(seconds)),
@@ -252,9 +215,13 @@ def main() -> None:
             resource.setrlimit(
                 kind, (min(wanted, resource.getrlimit(kind)[1] % (1 << 64)),) * 2
             )  # -1: without limit
-    for kind, part in answer(function, path, int(max_bytes), *words):
-        out.writelines((_FRAME.pack(kind, len(part)), part))
-    out.flush()
+    try:
+        for part in answer(function, path, int(max_bytes), *words):
+            plain = isinstance(part, bytes) or part.flags.c_contiguous
+            out.write(part if plain else part.copy())
+        out.flush()
+    except InvalidInput as error:
+        os.write(wrong, str(error).encode("utf-8", "replace"))
 
 
 if __name__ == "__main__":

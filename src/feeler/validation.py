@@ -7,8 +7,9 @@ import inspect
 import itertools
 import math
 import os
+import sys
 import types
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
+from collections.abc import Callable, Collection, Iterable, Mapping, Sized
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -17,10 +18,7 @@ from annotated_types import Ge, GroupedMetadata, Gt, Lt, MaxLen, MinLen
 
 from feeler.errors import InvalidInput, OutOfMemory
 
-# What an annotation allows: for pydantic, which checks, and in words, for whoever gave another.
-#
-# The words of an annotation are made here from the annotation alone, whatever library checks
-# it.
+# What an annotation allows: a function that reads values so, and words for whoever gave another.
 
 ALLOW_NAN = object()
 """Beside the annotation of a number or an array: inf and NaN may stand here."""
@@ -33,11 +31,17 @@ _WORDS = {
     os.PathLike: ("a path that a file can have", "paths"),
     type(None): ("None", "None"),
 }
-_SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "a multiple of"}
+_SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 _TESTS = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
-_OUTSIDE = ("greater_than", "less_than", "multiple_of", "finite_number")
+_TYPES: dict[Any, tuple[type, ...]] = {
+    float: (int, float),
+    int: (int,),
+    bool: (bool,),
+    str: (str,),
+}
 _LONG = 8  # of a longer list, a message shows the item that is wrong
 _ITEMS = 1000  # of a long sequence among arguments, the first so many are read
+_GREATEST = sys.float_info.max
 _LONGEST = 255  # bytes of a file's name on all usual systems
 F = TypeVar("F", bound=Callable)
 Count = Annotated[int, Gt(0), Lt(2**63)]
@@ -47,7 +51,13 @@ Seed = Annotated[int, Ge(0)]
 
 
 class FieldError(InvalidInput):
-    """What is wrong with a value: a sentence that lacks its subject, the name of the field."""
+    """What is wrong with a value: a sentence that lacks its subject, the name of the field; empty
+    where the annotation says it all, of a value or of ``shown`` in its place.
+    """
+
+    shown = ""
+    final = False
+    """Whether it says all of an item, too, and no list around it has better words."""
 
 
 class Unit(str):
@@ -60,36 +70,14 @@ class Choice:
     def __init__(self, names: Collection[str], *, joined: bool = False) -> None:
         self.names, self.joined = names, joined
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return make_schema(self._read)
-
-    def _read(self, value: Any) -> str:
+    def allows(self, value: Any) -> bool:
+        """Whether a value is such a name."""
         parts = value.split("+") if isinstance(value, str) and self.joined else [value]
-        if not isinstance(value, str) or not all(part in self.names for part in parts):
-            raise FieldError(f"must be {self}, got {show(value)}")
-        return value
+        return isinstance(value, str) and all(part in self.names for part in parts)
 
     def __str__(self) -> str:
         joined = " (joined by +)" if self.joined else ""
         return f"one of {', '.join(map(str, self.names))}{joined}"
-
-
-def _make_kind_reader(kind: type) -> Callable[[Any], Any]:
-    """What takes objects of a class, or with what a protocol asks for, as they are."""
-    names: tuple[str, ...] = ()
-    words = name_class(kind)
-    if getattr(kind, "_is_protocol", False):
-        named = {*vars(kind), *kind.__annotations__}
-        names = tuple(sorted(name for name in named if not name.startswith("_")))
-        words = f"something with {', '.join(names)}" if names else words
-
-    def read(value: Any) -> Any:
-        lacking = isinstance(value, type) or not all(hasattr(value, n) for n in names)
-        if lacking if names else not isinstance(value, kind):
-            raise FieldError(f"must be {words}, got {show(value)}")
-        return value
-
-    return read
 
 
 def _read_path(value: Any) -> Path:
@@ -100,62 +88,87 @@ def _read_path(value: Any) -> Path:
             return path
     except (TypeError, ValueError):
         pass
-    raise FieldError(f"must be {_WORDS[Path][0]}, got {show(value)}")
+    raise FieldError
+
+
+class _Plain:
+    """A number, True or False, or a text, with what stands beside its annotation."""
+
+    def __init__(self, kind: type, beside: list[Any], given: bool) -> None:
+        self.kind, self.beside = kind, beside
+        self.finite = ALLOW_NAN not in beside and not (given and not beside)
+        self.tests = [
+            (test, getattr(item, key))
+            for item in beside
+            for key, test in _TESTS.items()
+            if hasattr(item, key)
+        ]
+        self.sizes = _find_sizes(beside)
+
+    def read(self, value: Any) -> Any:
+        """The value as Python's own."""
+        scalar = isinstance(value, np.generic | np.ndarray) and value.ndim == 0
+        plain: Any = value.item() if scalar else value
+        known = isinstance(plain, _TYPES[self.kind])
+        if not known or isinstance(plain, bool) != (self.kind is bool):
+            raise FieldError
+        if self.kind is str and not self.sizes[0] <= len(plain) <= self.sizes[1]:
+            raise FieldError
+        if self.kind in (int, float):
+            infinite = self.finite and not abs(plain) <= _GREATEST
+            if infinite or not all(test(plain, limit) for test, limit in self.tests):
+                words = _say_range(self.beside, ["finite"] if infinite else [])
+                raise FieldError(f"must be {words}, got {show(plain)}")
+        return self.kind(plain)
 
 
 class _Items:
-    """The items of a sequence or mapping among arguments, which is left as it is.
+    """The items of a sequence or mapping: read for a field; among arguments it is left as it is.
 
-    Of a long one the first are read, and none of a generator, which reading would empty.
+    Of a long argument the first are read, and none of a generator, which reading would empty.
     """
 
-    def __init__(self, hint: Any) -> None:
-        from pydantic import ConfigDict, TypeAdapter
-
-        origin, inner = get_origin(hint) or hint, get_args(hint)
-        self.hint, self.mapping = hint, issubclass(origin, Mapping)
-        self.fixed = origin is tuple and bool(inner) and Ellipsis not in inner
-        kinds: Any = tuple(_prepare(item, True) for item in inner if item is not Ellipsis)
-        holder: Any = dict if self.mapping else tuple if self.fixed else list
-        made = holder[kinds] if kinds else holder
-        config = ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False)
-        self._validate = TypeAdapter(made, config=config).validator.validate_python
-        self._numbers = not _mentions(hint, np.ndarray)
+    def __init__(self, kind: Any, inner: tuple, beside: list[Any], given: bool) -> None:
+        self.given, self.mapping = given, issubclass(kind, Mapping)
+        own = dict if self.mapping else tuple
+        self.kind = own if inspect.isabstract(kind) else kind
+        self.fixed = kind is tuple and bool(inner) and Ellipsis not in inner
+        self.readers = [make_reader(item, given) for item in inner if item is not Ellipsis]
+        self.sizes = (len(inner), len(inner)) if self.fixed else _find_sizes(beside)
 
     def read(self, value: Any) -> Any:
-        """The sequence or mapping itself."""
-        from pydantic import ValidationError
-
+        """The items in a collection of the annotated kind; the argument itself."""
         listed = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
-        if not (isinstance(value, Mapping) if self.mapping else listed):
-            raise self._explain(value)
-        if not isinstance(value, Sized):
-            if self.fixed:
-                raise self._explain(value)
+        own = self.given or bool(self.readers) or isinstance(value, self.kind | np.ndarray)
+        if not (own and (isinstance(value, Mapping) if self.mapping else listed)):
+            raise FieldError
+        if self.given and not self.fixed and not isinstance(value, Sized):
             return value
-        items: Any
-        if isinstance(value, Mapping):
-            items = dict(itertools.islice(value.items(), _ITEMS))
-        else:
-            given: Any = np.asarray(value) if hasattr(value, "__array__") else value
-            if isinstance(given, np.ndarray) and given.ndim == 0:
-                raise self._explain(value)
-            items = list(itertools.islice(given, _ITEMS))
-        try:
-            self._validate(tuple(items) if self.fixed else items)
-        except ValidationError:
-            try:
-                plain = _unwrap(items) if self._numbers else items
-                self._validate(tuple(plain) if self.fixed else plain)
-            except ValidationError as error:
-                raise self._explain(value, items, error.errors()[0]["loc"]) from None
-        return value
+        found = value.items() if self.mapping else value
+        if hasattr(value, "__array__"):
+            found = np.asarray(value)
+            if found.ndim == 0:
+                raise FieldError
+        items = [*(itertools.islice(found, _ITEMS) if self.given else found)]
+        if not self.sizes[0] <= len(items) <= self.sizes[1]:
+            raise FieldError
+        read = [self._read_item(k, item) for k, item in enumerate(items)]
+        return value if self.given else self.kind(read)
 
-    def _explain(self, value: Any, items: Any = (), places: tuple = ()) -> FieldError:
-        shown = show(value)
-        if len(items) > _LONG and places and isinstance(items, list):
-            shown = f"{show(items[places[0]])} in place {places[0] + 1}"
-        return FieldError(f"must be {_say_rules(self.hint)}, got {shown}")
+    def _read_item(self, k: int, item: Any) -> Any:
+        try:
+            if self.mapping and self.readers:
+                return tuple(read(part) for read, part in zip(self.readers, item, strict=True))
+            return self.readers[k * self.fixed](item) if self.readers else _unwrap(item)
+        except FieldError as error:
+            if error.final:
+                raise
+            found = FieldError()
+            found.shown = "" if self.mapping else f"{show(_unwrap(item))} in place {k + 1}"
+            raise found from None
+        except InvalidInput as error:
+            error.tables = (item[0] if self.mapping else k + 1, *error.tables)
+            raise
 
 
 class _Array:
@@ -235,20 +248,9 @@ class Rules:
     """
 
     def __init__(self, name: str, hints: dict[str, Any], given: bool = False) -> None:
-        # Loaded here, at the first record that is made: it takes 60 ms, and many a program makes
-        # none.
-        from pydantic import ConfigDict, TypeAdapter
-        from typing_extensions import TypedDict
-
-        self.name, self.hints, self.given = name, hints, given
-        make_table: Any = TypedDict
-        prepared = {key: _prepare(hint, given) for key, hint in hints.items()}
-        table = make_table(name, prepared, total=not given)
-        table.__pydantic_config__ = ConfigDict(
-            arbitrary_types_allowed=True, allow_inf_nan=False
-        )
-        self._validate = TypeAdapter(table).validator.validate_python
-        self._arrays = {key for key, hint in hints.items() if _mentions(hint, np.ndarray)}
+        self.hints, self._name = hints, name
+        self._sign = ": " if given else "."
+        self._readers = {key: make_reader(hint, given) for key, hint in hints.items()}
 
     def read(self, given: dict[str, Any]) -> dict[str, Any]:
         """The values as their annotations say.
@@ -258,105 +260,99 @@ class Rules:
         InvalidInput
             One is not what its annotation says.
         """
-        from pydantic import ValidationError
-
-        plain = {key: v if key in self._arrays else _unwrap(v) for key, v in given.items()}
-        try:
-            return self._validate(plain)
-        except ValidationError as error:
-            raise self._explain(error.errors(), given if self.given else plain) from None
-
-    def check(self, given: dict[str, Any]) -> None:
-        """Raise what ``read`` raises; in most calls nothing needs to be unwrapped for that."""
-        from pydantic_core import ValidationError
-
-        try:
-            self._validate(given)
-        except ValidationError:
-            self.read(given)
-
-    def _explain(self, errors: list[Any], given: dict[str, Any]) -> InvalidInput:
-        """What is wrong with the first value that is."""
-        for error in errors:
-            inner = error.get("ctx", {}).get("error")
-            if isinstance(inner, InvalidInput) and not isinstance(inner, FieldError):
-                places = (part for part in error["loc"] if isinstance(part, int))
-                inner.tables = (error["loc"][0], *(k + 1 for k in places), *inner.tables)
-                return inner
-        found = InvalidInput(self._say_wrong(errors, given))
-        found.subject = self.name
+        found = {}
+        for key, read in self._readers.items():
+            if key in given:
+                try:
+                    found[key] = read(given[key])
+                except FieldError as error:
+                    long = isinstance(given[key], Sized) and len(given[key]) > _LONG
+                    shown = (long and error.shown) or show(_unwrap(given[key]))
+                    words = f"{error}" or f"must be {_say_rules(self.hints[key])}, got {shown}"
+                    said = InvalidInput(f"{self._name}{self._sign}{key} {words}.")
+                    said.subject = self._name
+                    raise said from None
+                except InvalidInput as error:
+                    error.tables = (key, *error.tables)
+                    raise
         return found
 
-    def _say_wrong(self, errors: list[Any], given: dict[str, Any]) -> str:
-        field = errors[0]["loc"][0]
-        errors = [error for error in errors if error["loc"][0] == field]
-        subject = f"{self.name}{': ' if self.given else '.'}{field}"
-        said = errors[0].get("ctx", {}).get("error")
-        if said is not None and (len(errors) == 1 or not isinstance(said, FieldError)):
-            return (
-                f"{subject} {said}." if isinstance(said, FieldError) else f"{subject}: {said}."
-            )
-        hint, value = _drop_none(self.hints[field]), given[field]
-        base, bounds = _split(hint)
-        lone = base in (int, float) or isinstance(value, float)
-        if lone and errors[0]["type"].startswith(_OUTSIDE):
-            finite = ["finite"] if errors[0]["type"] == "finite_number" else []
-            return f"{subject} must be {_say_range(bounds, finite)}, got {show(value)}."
-        shown = show(value)
-        places = [part for part in errors[0]["loc"][1:] if isinstance(part, int)]
-        if places and isinstance(value, Sequence) and len(value) > _LONG:
-            shown = f"{show(value[places[0]])} in place {places[0] + 1}"
-        return f"{subject} must be {_say_rules(hint)}, got {shown}."
 
-
-def make_schema(read: Callable[[Any], Any]) -> Any:
-    """What pydantic calls to have a value read by ``read``."""
-    from pydantic_core import core_schema
-
-    return core_schema.no_info_plain_validator_function(read)
-
-
-def _prepare(hint: Any, given: bool = False) -> Any:
-    """An annotation for pydantic, in which a text that looks like a number is none."""
-    from pydantic import AllowInfNan, PlainValidator, Strict
-
+def make_reader(hint: Any, given: bool = False) -> Callable[[Any], Any]:
+    """What reads a value as its annotation says, or raises a FieldError. Arguments (``given``) are
+    only checked.
+    """
     base, beside = _split(hint)
+    origin, inner = get_origin(base), get_args(base)
+    kind = origin or base
+    if choice := next((item for item in beside if isinstance(item, Choice)), None):
+        return _make_test(choice.allows, choice)
     if base is np.ndarray:
-        return Annotated[np.ndarray, PlainValidator(_Array(beside, given).read)]
-    if beside:
-        rules = [AllowInfNan(True) if item is ALLOW_NAN else item for item in beside]
-        inside = Annotated[base, Strict()] if base is float else _prepare(base, given)
-        return Annotated[inside, *(item for item in rules if not isinstance(item, str))]
-    if hint is float and given:
-        return Annotated[float, Strict(), AllowInfNan(True)]
-    if hint is int:
-        return Annotated[int, Strict(), Lt(2**128)]  # seeds of NumPy have as many bits
-    if hint in (float, bool, str):
-        return Annotated[hint, Strict()]
-    if hint in (Path, os.PathLike):
-        return Annotated[Any, PlainValidator(_read_path)]
-    origin, inner = get_origin(hint), get_args(hint)
+        return _Array(beside, given).read
+    if base in _TYPES:
+        return _Plain(base, beside, given).read
+    if base in (Path, os.PathLike):
+        return _read_path
+    if base is Any or isinstance(base, TypeVar):
+        return lambda value: value
+    if origin is Literal:
+        plain = str | int | float | None
+        return _make_test(lambda value: isinstance(value, plain) and value in inner)
     if origin in (Union, types.UnionType):
-        if {*inner} & {os.PathLike, Path}:  # a text beside them is a path, too
-            inner = tuple(option for option in inner if option is not str)
-        return Union[tuple(_prepare(option, given) for option in inner)]  # noqa: UP007
-    if given and isinstance(hint, TypeVar):
-        return Any
-    kind = origin or hint
-    if (
-        given
-        and isinstance(kind, type)
-        and (issubclass(kind, Iterable) and (origin or kind in (list, tuple, dict)))
-    ):
-        return Annotated[Any, PlainValidator(_Items(hint).read)]
-    if isinstance(origin, type) and origin is not type and issubclass(origin, Collection):
-        return origin[tuple(item if item is Ellipsis else _prepare(item) for item in inner)]  # type: ignore[index]
-    if given and isinstance(hint, type) and hint not in (types.NoneType, Any, Callable):
-        return Annotated[hint, PlainValidator(_make_kind_reader(hint))]
-    if isinstance(hint, type) and not hasattr(hint, "__get_pydantic_core_schema__"):
-        known = issubclass(hint, types.NoneType | Collection) or hint is Any
-        return hint if known else Annotated[hint, PlainValidator(_make_kind_reader(hint))]
-    return hint
+        return _make_union_reader(inner, given)
+    listed = isinstance(kind, type) and issubclass(kind, Iterable)
+    if listed and (origin or kind in (list, tuple, dict)):
+        return _Items(kind, inner, beside, given).read
+    if not given and hasattr(kind, "from_plain"):
+        return kind.from_plain
+    if names := _list_members(kind):
+        return _make_test(
+            lambda value: not isinstance(value, type) and all(hasattr(value, n) for n in names)
+        )
+    return _make_test(lambda value: isinstance(value, kind))
+
+
+def _make_test(
+    test: Callable[[Any], bool], names: Choice | None = None
+) -> Callable[[Any], Any]:
+    def read(value: Any) -> Any:
+        if not test(value):
+            error = FieldError("" if names is None else f"must be {names}, got {show(value)}")
+            error.final = names is not None
+            raise error
+        return value
+
+    return read
+
+
+def _list_members(kind: Any) -> list[str]:
+    """What a protocol asks for."""
+    named = {*vars(kind), *kind.__annotations__} if getattr(kind, "_is_protocol", False) else ()
+    return sorted(name for name in named if not name.startswith("_"))
+
+
+def _make_union_reader(options: tuple, given: bool) -> Callable[[Any], Any]:
+    """What takes the first of several kinds that fits, those of the value's own type before
+    others; a record's own complaint goes before that of the annotation.
+    """
+    if {*options} & {os.PathLike, Path}:  # a text beside them is a path, too
+        options = tuple(one for one in options if one is not str)
+    readers = [(get_origin(one) or one, make_reader(one, given)) for one in options]
+    lone = sum(one is not types.NoneType for one in options) == 1
+
+    def read(value: Any) -> Any:
+        own = list if isinstance(value, np.ndarray) else type(value)
+        errors: list[InvalidInput] = []
+        for _, option in sorted(readers, key=lambda pair: pair[0] is not own):
+            try:
+                return option(value)
+            except InvalidInput as error:
+                errors.append(error)
+        own_words = lone or isinstance(value, float)
+        named = [e for e in errors if not isinstance(e, FieldError) or (own_words and str(e))]
+        raise named[0] if named else FieldError()
+
+    return read
 
 
 def _split(hint: Any) -> tuple[Any, list[Any]]:
@@ -370,24 +366,9 @@ def _split(hint: Any) -> tuple[Any, list[Any]]:
     return base, flat
 
 
-def _drop_none(hint: Any) -> Any:
-    if get_origin(hint) in (Union, types.UnionType):
-        return Union[tuple(option for option in get_args(hint) if option is not type(None))]  # noqa: UP007
-    return hint
-
-
-def _mentions(hint: Any, kind: type) -> bool:
-    return hint is kind or any(_mentions(item, kind) for item in get_args(hint))
-
-
 def _unwrap(value: Any) -> Any:
-    """NumPy's numbers and rows as Python's, also within lists and tuples."""
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    nested = np.generic | np.ndarray | list | tuple
-    if type(value) in (list, tuple) and any(isinstance(item, nested) for item in value):
-        return type(value)(_unwrap(item) for item in value)
-    return value
+    """NumPy's numbers and rows as Python's."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def freeze(values: object, dtype: type = float) -> np.ndarray:
@@ -418,7 +399,8 @@ def _say_rules(hint: Any, many: bool = False) -> str:
     if origin is Literal:
         return f"one of {', '.join(map(str, inner))}"
     if origin in (Union, types.UnionType):
-        return " or ".join(dict.fromkeys(_say_rules(option, many) for option in inner))
+        options = (option for option in inner if option is not types.NoneType)
+        return " or ".join(dict.fromkeys(_say_rules(option, many) for option in options))
     length, limits = _say_length(beside), _say_range(beside, [])
     if base is str and length:
         return f"text of {length} characters"
@@ -452,10 +434,15 @@ def _say_range(beside: list[Any], words: list[str]) -> str:
     return " ".join([" and ".join(words), *units, *remarks]).strip()
 
 
-def _say_length(beside: list[Any]) -> str:
+def _find_sizes(beside: list[Any]) -> tuple[float, float]:
+    """Least and greatest number of items or characters."""
     low = max((item.min_length for item in beside if isinstance(item, MinLen)), default=0)
-    high = min((item.max_length for item in beside if isinstance(item, MaxLen)), default=None)
-    if high is None:
+    return low, min((i.max_length for i in beside if isinstance(i, MaxLen)), default=math.inf)
+
+
+def _say_length(beside: list[Any]) -> str:
+    low, high = _find_sizes(beside)
+    if high == math.inf:
         return f"{low} or more" if low else ""
     if low == 0:
         return f"at most {high}"
@@ -466,6 +453,8 @@ def name_class(kind: Any) -> str:
     """A class in words: "a Trial", "an Antenna"."""
     if kind is Callable:
         return "something to call"
+    if names := _list_members(kind):
+        return f"something with {', '.join(names)}"
     name = kind.__name__.lstrip("_")
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
@@ -528,7 +517,7 @@ def _wrap(function: F, name: str) -> F:
     def call(*args: Any, **kwargs: Any) -> Any:
         rules, dims = find_rules()
         given = dict(zip(positional, args, strict=False)) | kwargs
-        rules.check(given)
+        rules.read(given)
         if dims:
             _check_sizes(name, dims, given)
         try:

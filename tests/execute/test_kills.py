@@ -21,7 +21,7 @@ def kill_workers(most, stop):
     killed = set()
     while not stop.is_set() and len(killed) < most:
         for child in active_children():
-            if child.name == "pebble_pool_worker" and child.pid not in killed:
+            if child.name == "feeler worker" and child.pid not in killed:
                 killed.add(child.pid)
                 child.kill()
         time.sleep(0.001)

@@ -142,7 +142,7 @@ def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):
     path = tmp_path / "a.zarr"
     with open_store(path, CONFIGURATION, 6, group_size=4, made="abcdef".__getitem__) as store:
         for index in (5, 0, 4):
-            store.append(index, make_trial(index))
+            store.append([index], make_trial(index))
         assert np.flatnonzero(store.finished).tolist() == [0, 4, 5]
     shard = path / "angle" / "c.1.0.0"
     shard.write_bytes(shard.read_bytes()[:-1] + b"?")

@@ -115,7 +115,7 @@ def open_damaged(number: int, folder: Path) -> str:
         ) as store:
             missing = np.flatnonzero(~store.finished)
             for index in missing:
-                store.append(index, whole.isel(trial=[index]))
+                store.append([index], whole.isel(trial=[index]))
         assert feeler.load(path)["angle"].load().equals(whole["angle"])
         return "healed" if missing.size else "unhurt"
     except FeelerError as error:

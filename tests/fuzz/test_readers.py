@@ -34,8 +34,6 @@ from feeler.robot.sensors import load_calibration, load_calibration_table
 from feeler.robot.stream import _parse_sample, read_samples
 from feeler.sandbox import Limits
 from feeler.tensors.formats import _read_model, describe_file, find_problems
-from feeler.tensors.schema import find_errors
-from feeler.tensors.writers import load_csv
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files
@@ -43,7 +41,6 @@ from ._mutate import (
     mutate,
     shape_json,
     shape_safetensors,
-    shape_table,
     shape_text,
     shape_toml,
 )
@@ -131,7 +128,6 @@ READERS = {
         lambda path: _parse_sample(path.read_bytes(), 3), tuple(files.SAMPLES), shape_text
     ),
     "stream": Reader(read_stream, (files.LINES,), shape_text),
-    "csv": Reader(lambda path: find_errors(load_csv(path, LIMITS)), ("one.csv",), shape_table),
     "model": Reader(
         lambda path: _read_model(path, LIMITS), ("m.safetensors",), shape_safetensors
     ),

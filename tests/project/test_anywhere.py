@@ -19,7 +19,6 @@ UNIX = ("fcntl", "resource", "termios", "pwd", "grp", "pty", "curses")
 LIBRARIES = {
     "mujoco": ("mujoco",),
     "store": ("zarr", "filelock"),
-    "processes": ("pebble",),
     "models": ("safetensors",),
     "studio": ("websockets",),
     "pdf": ("pypdf",),
@@ -40,7 +39,6 @@ CALLS = [
     *(("mujoco", words) for words in ("export x.xml", "touch --engine mujoco --out o")),
     ("store", "touch --store s.zarr --size 1 --size 2"),
     ("store", "convert t.nc t.zarr"),
-    ("processes", "feeler.execute.processes:ProcessExecutor"),
     ("models", "info m.safetensors"),
     ("studio", "studio --no-open --port 0"),
     ("all", "reproduce --scale smoke --out r"),
@@ -52,7 +50,7 @@ CALLS = [
     ("nwb", "convert t.nc t.nwb"),
     ("active", "import feeler.active.environment"),
     ("notebook", "feeler.studio.server:show_studio cockroach"),
-    ("cluster", "touch --store s.zarr --size 1 --size 2 --cluster local:2"),
+    ("cluster", "touch --store s.zarr --size 1 --size 2 --cluster tcp://127.0.0.1:9"),
     ("design", "design d.toml --out d"),
     ("parquet", "convert t.nc t.parquet"),
 ]

@@ -81,7 +81,7 @@ def list_wrong(thing):
 
     def fits(key, value):
         try:
-            rules.check({key: value})
+            rules.read({key: value})
         except InvalidInput:
             return False
         return True

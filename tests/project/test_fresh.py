@@ -78,39 +78,9 @@ def ask_space_stepper(engine):
     yield fresh, read_state
 
 
-def ask_sensilla(_):
-    spikes = pytest.importorskip("feeler.spikes")
-    bending = 0.02 * np.sin(0.3 * np.arange(80))[:, None] * np.array([1.0, -0.7, 0.4])
-    position = np.array([0.1, 0.45, 0.8])
-
-    def make():
-        population = spikes.Population(
-            position=position, side=[1, -1, 1], gain=[30.0, 41.0, 23.0]
-        )
-        return spikes.SensillaStream(population, position, 1.3, seed=4)
-
-    def read(stream):
-        fired = [stream.push(sample) for sample in bending]
-        units, times = (np.concatenate(column) for column in zip(*fired, strict=True))
-        return {
-            "units": units,
-            "times": times,
-            "rate": stream.rate,
-            "time": np.array(stream.time),
-        }
-
-    used = make()
-    for sample in bending[40:]:
-        used.push(3 * sample)
-    used.reset()
-    yield used, read
-    yield make(), read
-
-
 ASKED = [
     *((ask_stepper, engine) for engine in ENGINES),
     *((ask_space_stepper, engine) for engine in ("chain-consistent", "chain", "mujoco")),
-    (ask_sensilla, ""),
 ]
 
 

@@ -64,8 +64,8 @@ def test_no_module_but_the_command_reproduce_reaches_for_the_paper_or_a_study():
 
 
 BEFORE_USE = (
-    ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
-    ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),
+    ("import feeler", {"numpy", "scipy", "xarray", "matplotlib", "numba"}),
+    ("import feeler.cli.app", {"scipy", "xarray", "matplotlib", "numba"}),
 )
 
 

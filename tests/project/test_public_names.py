@@ -66,7 +66,7 @@ def test_an_old_name_in_a_package_is_the_new_one_and_says_so(module):
 @pytest.mark.long
 def test_a_touch_loads_no_store_and_no_page():
     code = (
-        "import sys; blocked = 'zarr numcodecs h5netcdf filelock pebble safetensors mujoco'\n"
+        "import sys; blocked = 'zarr numcodecs h5netcdf filelock safetensors mujoco'\n"
         "sys.modules.update(dict.fromkeys(blocked.split()))\n"
         "import feeler\n"
         "trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)\n"

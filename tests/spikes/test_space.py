@@ -9,7 +9,7 @@ import xarray as xr
 import feeler
 from feeler.analysis import compute_strain
 from feeler.errors import InvalidInput
-from feeler.spikes import Population, SensillaStream, draw_spikes, find_gain, place_sensilla
+from feeler.spikes import Population, draw_spikes, find_gain, place_sensilla
 from feeler.spikes.sensilla import Sensillum
 from tests.cli._command import run
 from tests.spikes._touches import POSITION, make_bent
@@ -84,21 +84,6 @@ def test_sensilla_answer_to_the_compression_of_their_side():
     squeezed = np.maximum(-1e6 * strain, 0).reshape(rates.shape)
     assert all(side.max() > 1 for side in np.split(squeezed[0], 4)[::2])
     np.testing.assert_allclose(rates, squeezed, rtol=1e-9, atol=1e-6)
-
-
-@pytest.mark.parametrize("twist", [None, 0.1])
-def test_a_stream_in_space_gives_the_numbers_of_the_batch(twist):
-    touches = turn_touches(make_bent(2), 30.0, twist)
-    population = place_sensilla(np.array([0.2, 0.5, 0.8]), 25.0, around=AROUND)
-    rates = population.encode(touches)["rate"].values
-    stream = SensillaStream(population, POSITION)
-    for k, sample in enumerate(touches["angle"].values[1].transpose(2, 0, 1)):
-        stream.push(sample)
-        np.testing.assert_array_equal(stream.rate, rates[1, :, k])
-    with pytest.raises(
-        InvalidInput, match=r"got shape \(4, 5\); in space it is .plane, sensor"
-    ):
-        stream.push(np.zeros((4, 5)))
 
 
 def test_an_angle_around_that_is_none_is_refused():

@@ -14,7 +14,6 @@ import feeler
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.spikes import (
     Firing,
-    SensillaStream,
     attach_trains,
     count_spikes,
     draw_spikes,
@@ -103,37 +102,6 @@ def test_a_trial_has_the_same_spikes_alone_or_among_others():
     own = whole.values[2][np.isfinite(whole.values[2])]
     np.testing.assert_array_equal(own, alone.values[np.isfinite(alone.values)])
     assert not np.array_equal(own, whole.values[1][np.isfinite(whole.values[1])])
-
-
-@pytest.mark.parametrize(
-    "firing", [Firing(), Firing(order=3, refractory=1.0, latency=2.0, spread=0.5)]
-)
-def test_a_stream_gives_the_numbers_of_the_batch(firing):
-    touches = make_bent(2)
-    population = place_sensilla(np.array([0.2, 0.5, 0.8]), 25.0)
-    drawn = draw_spikes(population.encode(touches), firing, seed=6)
-    stream = SensillaStream(population, POSITION, firing=firing, seed=6, trial=1)
-    for _ in range(2):  # reset begins again
-        found = [[] for _ in range(6)]
-        for k, sample in enumerate(touches["angle"].values[1].T):
-            for unit, time in zip(*stream.push(sample), strict=True):
-                found[unit].append(time)
-            np.testing.assert_array_equal(stream.rate, drawn["rate"].values[1, :, k])
-        for own, train in zip(found, drawn["spike_time"].values[1], strict=True):
-            kept = sorted(time for time in own if -1 < time <= 89)
-            np.testing.assert_array_equal(kept, train[np.isfinite(train)])
-        stream.reset()
-    assert sum(map(len, found)) > 10
-
-
-def test_a_stream_refuses_what_it_cannot_follow():
-    stream = SensillaStream(place_sensilla(POSITION, 100.0), POSITION)
-    with pytest.raises(InvalidInput, match="5 sensors, got shape"):
-        stream.push(np.zeros(4))
-    with pytest.raises(InvalidInput, match="not finite"):
-        stream.push(np.full(5, np.nan))
-    with pytest.raises(InvalidInput, match="too coarse"):
-        stream.push(np.full(5, 0.5))
 
 
 @pytest.mark.long

@@ -86,7 +86,7 @@ def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1, **option
     with open_store(path, configuration, n_trials, **options) as store:
         for index in range(n_trials)[::order]:
             if not store.finished[index]:
-                store.append(index, make_trial(index))
+                store.append([index], make_trial(index))
 
 
 def judge(path):

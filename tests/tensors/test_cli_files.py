@@ -38,7 +38,7 @@ def tensors():
 
 
 @pytest.mark.further
-@pytest.mark.parametrize("name", ["set.zarr", "set.nc", "set.mat", "one.csv"])
+@pytest.mark.parametrize("name", ["set.zarr", "set.nc", "set.mat"])
 def test_info_says_what_a_file_holds(tmp_path, tensors, name):
     save(tensors, tmp_path / name)
     out = call("info", tmp_path / name).output

@@ -2,7 +2,6 @@
 killed; the same numbers.
 """
 
-import logging
 import os
 import signal
 
@@ -25,16 +24,14 @@ pytest.importorskip("distributed", reason="needs the extra `cluster`")
 
 @pytest.fixture(scope="module")
 def client():
-    with open_cluster("local:2") as client:
+    from distributed import LocalCluster
+
+    options = {"threads_per_worker": 1, "dashboard_address": None}
+    with (
+        LocalCluster(n_workers=2, **options) as cluster,
+        open_cluster(cluster.scheduler_address) as client,
+    ):
         yield client
-
-
-def test_processes_of_a_cluster_print_no_traceback_while_they_are_closed(client):
-    """A worker that loses its scheduler says so as an ERROR, with a traceback."""
-    (said,) = set(
-        client.run(lambda: logging.getLogger("distributed.worker").getEffectiveLevel()).values()
-    )
-    assert said > logging.ERROR
 
 
 def test_a_killed_worker_costs_its_group_and_no_number_changes(client, tmp_path):
@@ -72,10 +69,7 @@ def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch):
         run(store=tmp_path / "a.zarr")
 
 
-@pytest.mark.parametrize(
-    ("address", "size"), [(None, 2), pytest.param("local:1", 1, marks=pytest.mark.long)]
-)
-def test_the_verb_takes_a_cluster(client, tmp_path, address, size):
+def test_the_verb_takes_a_cluster(client, tmp_path):
     places = [option for k in range(9) for option in ("--location", str(0.5 + 0.01 * k))]
     command = [
         "touch",
@@ -85,15 +79,16 @@ def test_the_verb_takes_a_cluster(client, tmp_path, address, size):
         "--store",
         str(tmp_path / "a.zarr"),
         "--cluster",
-        address or client.scheduler.address,
+        client.scheduler.address,
     ]
     said = CliRunner().invoke(app, command).output
-    assert f"9 of 9 touches finished (a cluster of {size} workers with {size} threads)" in said
+    assert "9 of 9 touches finished (a cluster of 2 workers with 2 threads)" in said
 
 
-@pytest.mark.parametrize("address", ["local:0", "local:many", "nowhere"])
-def test_no_cluster_there(address, monkeypatch):
+def test_no_cluster_there(monkeypatch):
     monkeypatch.setattr("feeler.execute.processes._PATIENCE", 0.2)
-    words = r"local:N starts N processes|no scheduler answers"
-    with pytest.raises(InvalidInput, match=words), open_cluster(address):
+    with (
+        pytest.raises(InvalidInput, match="no scheduler answers"),
+        open_cluster("nowhere"),
+    ):
         pass

@@ -54,7 +54,7 @@ def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     indices = sorted(range(N_TRIALS), key=lambda n: n * order % 11)
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         for index in indices:
-            store.append(index, make_trial(index))
+            store.append([index], make_trial(index))
         xr.testing.assert_identical(read_store(path), make_set())
     xr.testing.assert_identical(read_store(path), make_set())
 
@@ -83,7 +83,7 @@ def test_xarray_writes_what_was_loaded_as_it_was_stored(path, tmp_path, dask):
 def test_resuming_gives_what_an_undisturbed_run_gives(path):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         for index in (5, 1):
-            store.append(index, make_trial(index))
+            store.append([index], make_trial(index))
     assert read_store(path).sizes["trial"] == 2
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         assert np.flatnonzero(store.finished).tolist() == [1, 5]
@@ -158,7 +158,7 @@ def test_power_may_fail_at_every_single_step(fast, monkeypatch, stride):
         with open_store(path, CONFIGURATION, 2) as store:
             assert {*np.flatnonzero(store.finished)} == before
             for index in {0, 1} - before:
-                store.append(index, make_trial(index))
+                store.append([index], make_trial(index))
         xr.testing.assert_identical(read_store(path), whole)
         assert not list(path.rglob("*" + disk.TEMPORARY))
 
@@ -203,7 +203,7 @@ def kill_often(tmp_path, n_kills, seed):
             with open_store(path, CONFIGURATION, 60) as store:
                 for index in range(60):
                     if not store.finished[index]:
-                        store.append(index, make_trial(index))
+                        store.append([index], make_trial(index))
                         os.write(out, b"%d\n" % index)
 
         pid = in_child(child)
@@ -290,50 +290,19 @@ def test_another_configuration_is_never_mixed_in(path, changes, n_trials, words)
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda d: d.assign_attrs(engine="other"), "attribute engine: none → other"),
-        (lambda d: d.drop_vars("tip"), "variable 'tip'"),
-        (lambda d: d.assign(angle=d.angle.astype("float32")), r"angle: <f8"),
-        (lambda d: d.isel(time=slice(0, 9)), "the values of time"),
-        (lambda d: d.assign_coords(position=d.position + 1e-9), "the values of position"),
-    ],
-)
-def test_a_trial_unlike_the_others_is_refused(path, change, words):
-    with open_store(path, CONFIGURATION, N_TRIALS) as store:
-        store.append(0, make_trial(0))
-        with pytest.raises(StoreError, match=words):
-            store.append(1, change(make_trial(1)))
-        store.append(1, make_trial(1))
-
-
-@pytest.mark.parametrize(
-    ("index", "trial", "words"),
-    [
-        (8, make_trial(0), r"within 0 to 7, got the indices \[8\]"),
-        (-1, make_trial(0), r"got the indices \[-1\]"),
-        (1, make_set(2), "one trial for each of its indices"),
-        ([1, 1], make_set(2), "one trial for each of its indices"),
-        (1, make_trial(1).transpose("time", ...), "trial must come first"),
-        (1, make_trial(1).rename(angle="../angle"), "a variable's name"),
+        (lambda d: d.transpose("time", ...), "trial as first dim"),
+        (lambda d: d.rename(angle="../angle"), "a variable's name"),
+        (lambda d: d.rename(tip="finished"), "cannot hold 'finished'"),
+        (lambda d: d.assign(text=(("trial", "sensor"), np.full((8, 5), "a"))), "keeps numbers"),
         (
-            1,
-            make_trial(1).assign(when=("trial", np.array(["2020-01-01"], "datetime64[ns]"))),
+            lambda d: d.assign(when=("trial", np.full(8, "2020-01-01", "datetime64[ns]"))),
             "datetime64",
         ),
     ],
 )
-def test_what_is_no_trial_is_refused(path, index, trial, words):
-    with (
-        open_store(path, CONFIGURATION, N_TRIALS) as store,
-        pytest.raises((InvalidInput, StoreError), match=words),
-    ):
-        store.append(index, trial)
-
-
-def test_a_trial_is_stored_once(path):
-    with open_store(path, CONFIGURATION, N_TRIALS) as store:
-        store.append(3, make_trial(3))
-        with pytest.raises(StoreError, match="trial 3 is already stored"):
-            store.append(3, make_trial(3))
+def test_what_no_store_can_hold_is_refused(path, change, words):
+    with pytest.raises(InvalidInput, match=words):
+        _save_store(change(make_set()), path)
 
 
 def damage(path, how):
@@ -418,7 +387,7 @@ def test_a_wrong_number_of_trials_is_refused(path, n_trials):
 
 def test_an_interrupted_body_keeps_its_own_error(path):
     with pytest.raises(KeyboardInterrupt), open_store(path, CONFIGURATION, N_TRIALS) as store:
-        store.append(0, make_trial(0))
+        store.append([0], make_trial(0))
         raise KeyboardInterrupt
     assert {*find_finished(path)} == {0}
 
@@ -466,7 +435,7 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
 @pytest.mark.long
 def test_reading_in_the_same_process_keeps_the_lock(path):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
-        store.append(0, make_trial(0))
+        store.append([0], make_trial(0))
         shutil.copytree(path, path.with_name("copy.zarr"))
         code = (
             f"from feeler.tensors.store import open_store; open_store({str(path)!r},"

@@ -58,7 +58,7 @@ def design(
         int | None, typer.Option(min=1, help="threads; default one per core")
     ] = None,
     cluster: Annotated[
-        str | None, typer.Option(help="address of a Dask scheduler, or local:4 for 4 processes")
+        str | None, typer.Option(help="address of a Dask scheduler, or its JSON file")
     ] = None,
     robot: Annotated[
         bool, typer.Option(help="also give the hinges as strips of foil, and their tolerance")

@@ -76,7 +76,7 @@ def reproduce(
     From the mechanics up, with a verdict on every claim.
     """
     _find_paper()
-    for library in ("filelock", "pebble", "pypdf"):
+    for library in ("filelock", "pypdf"):
         require_extra(library, "all", "the reproduction of the paper")
     if workers != 1:
         prepare_workers([*USUAL, *_PREPARED])  # while this process imports what it needs itself

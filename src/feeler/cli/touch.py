@@ -118,9 +118,7 @@ def touch(
     ] = False,
     cluster: Annotated[
         str | None,
-        typer.Option(
-            help="with --store: a Dask scheduler's address or JSON file, or local:4 for 4 processes"
-        ),
+        typer.Option(help="with --store: a Dask scheduler's address or JSON file"),
     ] = None,
     log_json: Annotated[
         bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")

@@ -1,30 +1,25 @@
 """Processes: workers that may crash or run out of memory without taking the batch with them; and a
-Dask client in their place, on this machine or on many.
+Dask client in their place, on many machines.
 """
 
-import contextlib
-import gc
 import logging
 import multiprocessing
 import os
 import pickle
 import signal
 import sys
-import tempfile
 import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, suppress
-from functools import cache, partial
 from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from feeler.errors import (
     FeelerError,
@@ -36,12 +31,8 @@ from feeler.errors import (
     require_extra,
     say_warnings,
 )
-from feeler.execute.threads import check_workers
-from feeler.files import TEMPORARY_DAYS, sweep_old
+from feeler.execute.threads import ThreadExecutor, check_workers
 from feeler.validation import checked
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
 
 try:
     import resource
@@ -49,7 +40,8 @@ except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
 # The BLAS of the last two, loaded where memory lacks, would end a worker without a word.
-USUAL = ("feeler.execute.server", __name__, "numpy", "scipy.linalg")
+USUAL = (__name__, "numpy", "scipy.linalg")
+_NAME = "feeler worker"
 _MEMORY_SHARE = (
     0.8  # [C] of what is free when the executor is made, shared out among its workers
 )
@@ -63,12 +55,8 @@ class WorkerCrashed(FeelerError, RuntimeError):
     """A worker process ended before it had answered."""
 
 
-_LOCK_TIMEOUT = 3.0  # s; a worker may have been killed while it held the lock
-_GLANCE = 0.2  # s between two looks at whether the pool still works
-OPENINGS = 3  # [C] pools in a row that may break as they begin
-_BROKEN = (BrokenProcessPool, RuntimeError, OSError, EOFError)
-"""What a pool raises whose processes end as they begin."""
 _GUARD = 'In a script, start batches under `if __name__ == "__main__":`.'
+OPENINGS = 3  # [C] workers in a row that may end as they begin
 CRASHES = (WorkerCrashed, MemoryError)
 """Errors that tell of the machine rather than of the task, so that a second try makes sense."""
 
@@ -79,22 +67,11 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
 
     Returns at once: the imports run beside the caller's own.
     """
-    _sweep_listeners()
     _CONTEXT.set_forkserver_preload(
         [*modules]
     )  # in place of the script, which is not to run there
     with _uninterrupted():
         forkserver.ensure_running()
-
-
-@cache
-def _sweep_listeners() -> None:
-    """Remove the folders of sockets that killed processes left a week ago or earlier."""
-    with contextlib.suppress(OSError):
-        heard = Path("/proc/net/unix").read_text()
-        for path in Path(tempfile.gettempdir()).glob("pymp-*"):
-            if str(path) not in heard:
-                sweep_old(path.parent, path.name, days=TEMPORARY_DAYS)
 
 
 @checked
@@ -108,7 +85,6 @@ class ProcessExecutor(AbstractContextManager):
     """
 
     def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
-        require_extra("pebble", "processes", "work in processes")
         if getattr(multiprocessing.current_process(), "_inheriting", False):
             raise InvalidInput(
                 f"a worker that imports its script starts no processes. {_GUARD}"
@@ -121,9 +97,10 @@ class ProcessExecutor(AbstractContextManager):
         self.memory_limit = memory_limit or int(
             _MEMORY_SHARE * find_free_memory() / self.workers
         )
-        self._pool: ProcessPool | None = None
-        self._tasks: set[Future] = set()
-        self._opening, self._kills, self._breaks = threading.RLock(), 0, 0
+        self._threads = ThreadExecutor(self.workers)  # each hands tasks to a process of its own
+        self._own = threading.local()
+        self._processes: set[Any] = set()
+        self._breaks = 0
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
         """Queue ``function(*args)``; both must be picklable. Processes start with the first
@@ -131,104 +108,58 @@ class ProcessExecutor(AbstractContextManager):
         """
         if self._breaks >= OPENINGS:
             raise _explain_start()
-        message = pickle.dumps((function, args))
-        answer: Future = Future()
-        answer.set_running_or_notify_cancel()
-        self._send(message, answer, self._kills)
-        return answer
+        return self._threads.submit(self._ask, pickle.dumps((function, args)))
 
-    def _send(self, message: bytes, answer: Future, kills: int) -> None:
-        """Queue a task in a pool that works; too many in a row that break as they begin end it."""
-        while kills == self._kills:
-            try:
-                with self._opening:
-                    task = self._open().schedule(_answer, (message,))
-                    self._tasks.add(task)
-            except _BROKEN:
-                self._drop(broken=True)
-            else:
-                task.add_done_callback(partial(self._take, message, answer, kills))
-                return
-            if self._breaks >= OPENINGS:
-                answer.set_exception(_explain_start())
-                return
+    def _ask(self, message: bytes) -> Any:
+        """A worker's answer, or what became of the worker."""
+        process, pipe = self._find_worker()
+        try:
+            pipe.send_bytes(message)
+            good, value = pickle.loads(pipe.recv_bytes())
+        except (EOFError, OSError) as error:
+            with _starting:
+                process.join()
+            raise _explain_end(process.exitcode) from error
+        if good:
+            return value
+        raise value
 
-    def _take(self, message: bytes, answer: Future, kills: int, done: Future) -> None:
-        """Pass a worker's answer on. A task of a pool that breaks has not begun, or its worker has
-        ended: it is sent again, by a thread that the broken pool does not wait for.
-        """
-        self._tasks.discard(done)
-        if done.cancelled() or not isinstance(done.exception(), BrokenProcessPool):
-            self._breaks = 0
-            # Hand a worker's answer, or what became of the worker, to whoever waits for it.
-            from pebble import ProcessExpired
-
-            try:
-                good, value = pickle.loads(done.result())
-            except CancelledError as error:
-                good, value = False, error
-            except ProcessExpired as error:
-                good, value = False, _explain_end(error.exitcode)
-            except BaseException as error:
-                good, value = False, error
-            answer.set_result(value) if good else answer.set_exception(value)
-        elif self._breaks >= OPENINGS:
-            answer.set_exception(_explain_start())
-        else:
-            again = (message, answer, kills)
-            threading.Thread(target=self._send, args=again, daemon=True).start()
-
-    def _open(self) -> "ProcessPool":
-        from pebble import CONSTS, ProcessPool
-
-        CONSTS.channel_lock_timeout = _LOCK_TIMEOUT
-        with self._opening:
-            if self._pool is not None and not _works(self._pool):
-                self._drop(broken=True)
-            if self._pool is None:
-                prepare_workers()
-                limit = (self.memory_limit,)
-                self._pool = ProcessPool(
-                    self.workers, initializer=_begin, initargs=limit, context=_CONTEXT
+    def _find_worker(self) -> tuple[Any, Any]:
+        """This thread's process and the pipe to it; a new one in the place of one that ended."""
+        process, pipe = getattr(self._own, "worker", (None, None))
+        with _starting:
+            if process is not None and process.is_alive():
+                return process, pipe
+        prepare_workers()
+        while self._breaks < OPENINGS:
+            pipe, theirs = _CONTEXT.Pipe()
+            with _starting:
+                process = _CONTEXT.Process(
+                    target=_serve, args=(theirs, self.memory_limit), name=_NAME
                 )
-                threading.Thread(target=self._watch, args=(self._pool,), daemon=True).start()
-            return self._pool
-
-    def _watch(self, pool: "ProcessPool") -> None:
-        """Drop a pool that breaks while nothing is sent, or that waits for a worker which has
-        ended; it tells nobody by itself.
-        """
-        ended: set[int] = set()
-        while pool is self._pool:
-            time.sleep(_GLANCE)
-            before, ended = ended, _find_ended(pool)
-            with self._opening:
-                if pool is self._pool and (before & ended or not _works(pool)):
-                    self._drop(broken=True)
-
-    def _drop(self, broken: bool = False) -> None:
-        with self._opening:
-            pool, self._pool = self._pool, None
-            if pool is None:
-                return
-            self._breaks += broken
-            pool.stop()
-            with contextlib.suppress(*_BROKEN):
-                pool.join()
-            left, self._tasks = self._tasks, set()
-            for task in (
-                left if broken else ()
-            ):  # a pool that breaks forgets tasks still in line
-                if not task.done():
-                    task.set_exception(BrokenProcessPool("never begun"))
+                process.start()
+            self._processes.add(process)
+            theirs.close()
+            try:
+                pipe.recv_bytes()
+            except (EOFError, OSError):
+                self._breaks += 1
+            else:
+                self._breaks, self._own.worker = 0, (process, pipe)
+                return process, pipe
+        raise _explain_start()
 
     def kill(self) -> None:
         """End every process at once; unanswered tasks are dropped. The executor can be used
         again.
         """
-        self._kills += 1
-        self._drop()
-        self._breaks = 0
+        self._threads.kill()
+        ended, self._processes, self._breaks = self._processes, set(), 0
+        with _starting:
+            for process in ended:
+                process.kill()
+            for process in ended:
+                process.join()
 
     def __exit__(self, *_: object) -> None:
         self.kill()
@@ -239,24 +170,8 @@ class ProcessExecutor(AbstractContextManager):
         return f"{self.workers} {kind}, at most {self.memory_limit / 2**30:.1f} GiB each"
 
 
-def _works(pool: "ProcessPool") -> bool:
-    """Whether a pool takes tasks; to look starts its processes, which may end as they begin."""
-    try:
-        return pool.active
-    except _BROKEN:
-        return False
-
-
-def _find_ended(pool: "ProcessPool") -> set[int]:
-    """Workers that have ended, and whose tasks the pool still counts as begun.
-
-    A worker may say that it took a task after its pool has noticed its end, as when the process it
-    was forked from was killed. The pool then waits for it for ever.
-    """
-    manager = pool._pool_manager
-    tasks = [*manager.task_manager.tasks.values()]
-    begun = {task.worker_id for task in tasks if task.worker_id}
-    return begun - {*manager.worker_manager.workers}
+_starting = threading.Lock()
+"""When one starts, multiprocessing looks at all, and may ask each for its end only once."""
 
 
 def _explain_start() -> WorkerCrashed:
@@ -294,22 +209,21 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(memory_limit: int) -> None:
-    """What a worker does before its first task."""
+def _serve(pipe: Any, memory_limit: int) -> None:
+    """What a worker does: answer task after task until its parent lets go of the pipe."""
     multiprocessing.set_start_method(
         "spawn", force=True
     )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     say_warnings()  # a worker has no other way to tell
-    gc.freeze()  # what was imported stays
-    gc.set_threshold(
-        50_000
-    )  # [C] figures are many objects that live on: looking through them often costs a twentieth
-    gc.enable()
     if resource is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_DATA)
         limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)
         resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
+    with suppress(EOFError, OSError):
+        pipe.send_bytes(b"ready")
+        while True:
+            pipe.send_bytes(_answer(pipe.recv_bytes()))
 
 
 def _answer(message: bytes) -> bytes:
@@ -317,7 +231,7 @@ def _answer(message: bytes) -> bytes:
         function, args = pickle.loads(message)
         return pickle.dumps((True, function(*args)))
     except Exception as error:
-        if _lacks_memory(error):
+        if lacks_memory(error):
             words = "a worker reached its memory limit; use fewer workers or shorter trials"
             return pickle.dumps((False, OutOfMemory(words)))
         try:
@@ -329,39 +243,8 @@ def _answer(message: bytes) -> bytes:
             return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-def _lacks_memory(error: BaseException | None) -> bool:
-    """Whether this, or what led to it, is a lack of memory: a library that finds no room to load
-    says it otherwise.
-    """
-    if error is None:
-        return False
-    if isinstance(error, SyntaxError) and _is_sound(error.filename):
-        return True
-    return lacks_memory(error) or _lacks_memory(error.__cause__ or error.__context__)
-
-
-def _is_sound(file: str | None) -> bool:
-    """Whether a file that Python could not parse is parsed by it now, with all memory that there
-    is: a parser without memory calls sound code wrong.
-    """
-    if resource is None or file is None:
-        return False
-    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    resource.setrlimit(resource.RLIMIT_DATA, (hard, hard))
-    try:
-        compile(Path(file).read_bytes(), file, "exec")
-    except (OSError, SyntaxError, ValueError, MemoryError):
-        return False
-    else:
-        return True
-    finally:
-        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
-
-
 def _die_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is None:
-        return
+    parent: Any = multiprocessing.parent_process()
     wait([parent.sentinel])
     os._exit(1)
 
@@ -387,12 +270,11 @@ def find_free_memory() -> int:
     return max(free, 2**28)
 
 
-# Clusters: a Dask client in the place of workers, on this machine or on many.
+# Clusters: a Dask client in the place of workers, on many machines.
 
 _PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
 _CLUSTER_GLANCE = 1.0  # [C] s between two looks at whether there are workers
 _WAITING = "Start one, for which this waits, or press Ctrl-C twice."
-_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
 _GRACE = 2.0  # [C] s that a cluster's end may take; what then still runs is killed
 
 
@@ -487,8 +369,7 @@ def _explain(error: Exception) -> Exception:
 @checked
 @contextmanager
 def open_cluster(address: str) -> Iterator[Any]:
-    """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4``
-    for four processes here; closed at the end, and the processes with it.
+    """A Dask client by where its scheduler is, ``tcp://…`` or a JSON file; closed at the end.
 
     Raises
     ------
@@ -496,75 +377,22 @@ def open_cluster(address: str) -> Iterator[Any]:
         Dask is not installed.
     InvalidInput
         No scheduler answers, or no such address.
-    StoreError
-        Processes here end as they begin.
     """
     require_extra("distributed", "cluster", "a cluster")
     from distributed import Client
 
-    kind, _, number = address.partition(":")
-    if kind == "local":
-        if not number.isdecimal() or not 1 <= int(number) <= 1024:
-            raise InvalidInput(
-                f"cluster local:N starts N processes, 1 to 1024; got {address!r}."
-            )
-        cluster = _start_here(int(number))
-        try:
-            client = Client(cluster, set_as_default=False)
-            with _closing_soon(client, cluster):
-                yield client
-        finally:
-            cluster.shutdown_on_close = False  # else Dask closes it again as Python ends
-            for process in multiprocessing.active_children():
-                if process.name.startswith("Dask"):
-                    process.kill()
-        return
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
         client = Client(**where, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InvalidInput(
             f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask"
-            " scheduler`, or use local:4."
+            " scheduler`; on this machine alone use --processes."
         ) from error
-    with _closing_soon(client):
-        yield client
-
-
-def _start_here(n: int) -> Any:
-    """A cluster of processes here; where one of them ends as it begins, all are begun anew."""
-    import dask
-    from distributed import LocalCluster
-
-    # processes set their own log up, which would show what they meet while they are closed
-    dask.config.set({f"{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED": "critical"})
-    # Python's tracker removes semaphores of processes that were ended, and need not tell of
-    # it.
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    resource_tracker.ensure_running()
-    sys.warnoptions.pop()
-    for left in reversed(range(OPENINGS)):
-        try:
-            with _uninterrupted():  # Ctrl-C is this process's business
-                return LocalCluster(
-                    n_workers=n, threads_per_worker=1, processes=True, dashboard_address=None
-                )
-        except (RuntimeError, OSError) as error:
-            if left == 0:
-                raise StoreError(
-                    f"{OPENINGS} times a process of local:{n} ended as it began. The system may"
-                    " have run out of memory: use fewer. What is finished is in the store."
-                ) from error
-    raise AssertionError("unreachable")
-
-
-@contextmanager
-def _closing_soon(*closed: Any) -> Iterator[None]:
-    """Close these at the end, in a thread that is waited for no longer than ``_GRACE``."""
     try:
-        yield
-    finally:
-        thread = threading.Thread(target=lambda: [one.close() for one in closed], daemon=True)
+        yield client
+    finally:  # in a thread that is waited for no longer than this: it may hang
+        thread = threading.Thread(target=client.close, daemon=True)
         thread.start()
         thread.join(_GRACE)
 

@@ -10,11 +10,6 @@ __all__ = ["TouchBatches", "TouchDataset", "split_trials"]
 
 
 def __getattr__(name: str) -> object:
-    if name in ("export_parquet", "write_crate"):
-        raise AttributeError(
-            f"feeler.learn.{name} is gone: feeler.save(touches, 'set.parquet') writes one labelled"
-            " touch a row."
-        )
     if name not in __all__:
         raise AttributeError(
             f"module 'feeler.learn' has no attribute {name!r}; public names: {', '.join(__all__)}"

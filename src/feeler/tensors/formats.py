@@ -24,7 +24,6 @@ from feeler.tensors.schema import find_errors, raise_if_invalid
 from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
-    load_csv,
     restore,
     save_csv,
     save_mat,
@@ -173,7 +172,7 @@ def _read_model(
 
 _START = 512  # bytes by which a file is recognised
 _UNKNOWN = (
-    "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5, CSV,"
+    "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5,"
     " Parquet), tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings"
     " of robots (CSV, ROS bags) and feeler's own TOML files"
 )
@@ -596,11 +595,20 @@ MAT = Format(
     load=_guarded("feeler.tensors.readers:read_mat"),
     save=save_mat,
 )
+
+
+def _refuse_csv(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
+    raise InvalidInput(
+        f"{path.name} is one tensor as text, for other programs: feeler writes it, and reads"
+        " NetCDF (.nc), Zarr, MATLAB, Parquet and NWB. Write one of these beside it."
+    )
+
+
 CSV = Format(
     words="one tensor as CSV",
     suffix=".csv",
     detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
-    load=lambda path, limits, trusted: load_csv(path, limits),
+    load=_refuse_csv,
     save=save_csv,
 )
 

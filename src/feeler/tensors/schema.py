@@ -292,21 +292,6 @@ def make_tensors(
     xarray.Dataset
         The quantities given, and ``curvature`` = angle / segment_length.
     """
-    return _make_tensors(
-        time, segment, position, segment_length, trials, attrs, dtype, quantities
-    )
-
-
-def _make_tensors(
-    time: np.ndarray,
-    segment: Sequence[int] | np.ndarray,
-    position: np.ndarray,
-    segment_length: np.ndarray,
-    trials: Mapping[str, Sequence[object]],
-    attrs: Mapping[str, object] | None,
-    dtype: str,
-    quantities: Mapping[str, np.ndarray | None],
-) -> xr.Dataset:
     required = [
         name
         for name, q in QUANTITIES.items()
@@ -443,15 +428,15 @@ def stack_readings(
         name: np.stack([reading[name] for reading in readings]) for name in readings[0]
     }
     kinds = [values.dtype.name for values in stacked.values()]
-    return _make_tensors(
-        time,
-        antenna.sensors,
-        antenna.hinge_position[index] / antenna.length,
-        antenna.segment_length[index],
-        trials,
-        attrs,
-        kinds[0] if kinds else "float64",
-        stacked | given,
+    return make_tensors.__wrapped__(  # type: ignore[attr-defined]
+        time=time,
+        segment=antenna.sensors,
+        position=antenna.hinge_position[index] / antenna.length,
+        segment_length=antenna.segment_length[index],
+        trials=trials,
+        attrs=attrs,
+        dtype=kinds[0] if kinds else "float64",
+        **stacked | given,
     )
 
 

@@ -9,6 +9,7 @@ the folder write side by side. Labels of the trials are written by the process t
 
 import asyncio
 import json
+import math
 import os
 import threading
 import warnings
@@ -32,7 +33,7 @@ from zarr.core.buffer import Buffer  # noqa: E402
 from zarr.storage import LocalStore, MemoryStore  # noqa: E402
 
 from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
-from feeler.provenance import to_jsonable, write_plain  # noqa: E402
+from feeler.provenance import to_jsonable, write_canonical  # noqa: E402
 from feeler.sandbox import MAX_TEXT  # noqa: E402
 from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
 from feeler.tensors.schema import MAX_LISTED, QUANTITIES, derive_curvature  # noqa: E402
@@ -54,7 +55,7 @@ _LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 GLANCE = 512  # trials that `feeler info` looks at
 _EAGER = 65_536  # [C] trials, above which labels are read when they are used
 _MAX_DIFFERENCES = 5
-_UNSTABLE = ("versions", "created", "date", "history")  # attributes that may differ in a set
+_EMPTY = "the store {} holds no finished trial yet. Let the simulation go on."
 
 
 class _DurableFolder(LocalStore):
@@ -64,6 +65,37 @@ class _DurableFolder(LocalStore):
         path = self.root / key
         path.parent.mkdir(parents=True, exist_ok=True)
         await asyncio.to_thread(write_atomic, path, value.to_bytes())
+
+
+_opening = threading.Lock()
+
+
+def _open_arrays(path: Path, consolidated: bool = True) -> dict[str, Any]:
+    """The arrays of trials, to be written: a file for each chunk, so that what lacks one is
+    damaged.
+    """
+    # zarr's configuration is one for all threads: what one restores must not reach into another's
+    with _opening, zarr.config.set({"array.write_empty_chunks": True}):
+        root = zarr.open_group(_DurableFolder(path), mode="r+", use_consolidated=consolidated)
+        return {name: array for name, array in root.arrays() if _is_of_trials(array)}
+
+
+def _is_of_trials(array: Any) -> bool:
+    return tuple(array.metadata.dimension_names or ())[:1] == ("trial",)
+
+
+def _write(array: Any, indices: Sequence[int], values: np.ndarray) -> None:
+    """Write rows in rising order, run by run: Zarr cannot write scattered rows of a shard."""
+    ends = np.flatnonzero(np.diff(indices) != 1) + 1
+    for run in np.split(np.arange(len(indices)), ends):
+        array[indices[run[0]] : indices[run[-1]] + 1] = values[run]
+
+
+def _find_chunks(path: Path, array: Any, rows: Any) -> list[Path]:
+    """The files that hold some trials of an array."""
+    size = (array.shards or array.chunks)[0]
+    numbers = np.unique(np.asarray(rows) // size)
+    return [path / array.basename / f"c.{n}{'.0' * (array.ndim - 1)}" for n in numbers]
 
 
 def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
@@ -88,42 +120,13 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     state = (
         f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe"
     )
-    files = set()
+    n_bytes = 0
     with explain(path, state):
-        arrays = _open_arrays(path)
-        for name, item in trials.variables.items():
-            if item.dims[:1] == ("trial",) and item.ndim > 1:
-                array = arrays[str(name)]
-                _write(array, indices, item.values)
-                files |= {*_find_chunks(path, array, indices)}
-    return sum(file.stat().st_size for file in files)
-
-
-_opening = threading.Lock()
-
-
-def _open_arrays(path: Path, consolidated: bool = True) -> dict[str, Any]:
-    """The arrays of trials, to be written: a file for each chunk, so that what lacks one is
-    damaged.
-    """
-    # zarr's configuration is one for all threads: what one restores must not reach into another's
-    with _opening, zarr.config.set({"array.write_empty_chunks": True}):
-        root = zarr.open_group(_DurableFolder(path), mode="r+", use_consolidated=consolidated)
-        return {name: array for name, array in root.arrays() if _is_of_trials(array)}
-
-
-def _write(array: Any, indices: Sequence[int], values: np.ndarray) -> None:
-    """Write rows in rising order, run by run: Zarr cannot write scattered rows of a shard."""
-    ends = np.flatnonzero(np.diff(indices) != 1) + 1
-    for run in np.split(np.arange(len(indices)), ends):
-        array[indices[run[0]] : indices[run[-1]] + 1] = values[run]
-
-
-def _find_chunks(path: Path, array: Any, rows: Any) -> list[Path]:
-    """The files that hold some trials of an array."""
-    size, rest = (array.shards or array.chunks)[0], ".0" * (array.ndim - 1)
-    folder = path / array.basename
-    return [folder / f"c.{number}{rest}" for number in np.unique(np.asarray(rows) // size)]
+        for name, array in _open_arrays(path).items():
+            if array.ndim > 1:
+                _write(array, indices, trials[name].values)
+                n_bytes += sum(f.stat().st_size for f in _find_chunks(path, array, indices))
+    return n_bytes
 
 
 @checked
@@ -189,7 +192,6 @@ class Store(AbstractContextManager):
         self.path, self.group_size, self._made = path, group_size, made
         self.finished = np.zeros(n_trials, bool)
         self._configuration = configuration
-        self._like: xr.Dataset | None = None
         self._arrays: dict[str, Any] = {}
         with explain(path):
             _make_folder(path)
@@ -206,63 +208,53 @@ class Store(AbstractContextManager):
 
     def _resume(self) -> None:
         about, n_trials = _read_about(self.path), len(self.finished)
-        differences = _find_differences(about["configuration"], self._configuration)
         arrays = _open_arrays(self.path, consolidated=False)
-        n_stored = arrays[_FLAGS].shape[0]
-        if n_stored > n_trials:
-            differences.insert(0, f"number of trials: {n_stored} → {n_trials}")
-        self._refuse(differences)
+        flags = arrays[_FLAGS]
+        count, n_stored = "number of trials", flags.shape[0]
+        stored = {count: n_stored} | about["configuration"]
+        self._compare(stored, {count: min(n_stored, n_trials)} | self._configuration)
         self.group_size = about["group"]
-        damage = list(_find_damaged_chunks(self.path, arrays))
+        damage = list(_list_damage(self.path, arrays))
+        text = "trials of the store will be computed again, as files are missing or damaged."
         for first, last, file, _ in damage:
-            text = (
-                "trials of the store will be computed again, as files are missing or damaged."
-            )
             named = f"These are trials {first} to {last}, in {file}."
             warnings.warn(DetailedWarning(text, named), stacklevel=6)
             file.unlink(missing_ok=True)  # of a damaged chunk no part can be written
-        self.finished[:n_stored] = arrays[_FLAGS][:]
+        self.finished[:n_stored] = flags[:]
         for first, last, *_ in damage:
-            self.finished[first : last + 1] = False
-            arrays[_FLAGS][first : last + 1] = False
+            self.finished[first : last + 1] = flags[first : last + 1] = False
         if _PARAMETERS in arrays and self._made:
-            self._check_made(arrays[_PARAMETERS], self._made)
-        if any(array.shape[0] != n_trials for array in arrays.values()):
+            known = arrays[_PARAMETERS][:]
+            for trial in np.flatnonzero(self.finished).tolist():
+                asked = write_canonical(self._made(trial))
+                if str(known[trial]) != asked:
+                    old, new = json.loads(str(known[trial])), json.loads(asked)
+                    self._compare({f"trial {trial}": old}, {f"trial {trial}": new})
+        if n_stored < n_trials:
             for array in arrays.values():
                 array.resize((n_trials, *array.shape[1:]))
             _consolidate(_DurableFolder(self.path))
-        self._like = (
-            _open(self.path).drop_vars(_OWN, errors="ignore").isel(trial=slice(0)).load()
-        )
 
-    def _refuse(self, differences: list[str]) -> None:
-        if differences:
+    def _compare(self, stored: dict[str, Any], asked: dict[str, Any]) -> None:
+        """Raise where they differ, with up to five of the places."""
+        old, new = dict(_flatten(stored)), dict(_flatten(asked))
+        places = [place for place in {**old, **new} if old.get(place) != new.get(place)]
+        if places:
+            shown = (
+                f"{place}: {_show(old.get(place))} → {_show(new.get(place))}"
+                for place in places[:_MAX_DIFFERENCES]
+            )
             raise StoreError(
                 f"the store {self.path} was made by another configuration (stored → asked):"
-                f" {'; '.join(differences)}. Use a new store, or the stored configuration."
+                f" {'; '.join(shown)}. Use a new store, or the stored configuration."
             )
-
-    def _check_made(self, parameters: Any, made: Callable[[int], Any]) -> None:
-        """Raise where a finished trial was made with other parameters than are asked for now."""
-        for start in range(0, parameters.shape[0], _LABELS):
-            stored = parameters[start : start + _LABELS]
-            done = np.flatnonzero(self.finished[start : start + _LABELS]).tolist()
-            for row in done:
-                asked = write_plain(to_jsonable(made(start + row)))
-                if (text := str(stored[row])) not in ("", asked):
-                    old, new = json.loads(text), json.loads(asked)
-                    self._refuse(_find_differences(old, new, f"trial {start + row}"))
 
     def create(self, like: xr.Dataset) -> None:
         """Make the arrays for trials like these, which workers can then write; nothing where there
         are some.
         """
-        if self._like is None:
-            with explain(self.path):
-                self._write_arrays(like)
-            self._like = like.isel(trial=slice(0))
-
-    def _write_arrays(self, like: xr.Dataset) -> None:
+        if is_store(self.path):
+            return
         files: dict[str, Any] = {}
         memory = MemoryStore(store_dict=files)
         about = {
@@ -270,55 +262,26 @@ class Store(AbstractContextManager):
             "group": self.group_size,
             "configuration": self._configuration,
         }
-        coordinates = " ".join(sorted(map(str, like.coords)))
-        zarr.create_group(
-            memory,
-            attributes={
-                _ABOUT: about,
-                "coordinates": coordinates,
-                **to_jsonable(dict(like.attrs)),
-            },
-        )
-        added = {_FLAGS: xr.Variable("trial", np.zeros(0, bool))}
-        added |= {_PARAMETERS: xr.Variable("trial", np.zeros(0, "U1"))} if self._made else {}
-        for name, item in [*like.variables.items(), *added.items()]:
+        attributes = {_ABOUT: about, "coordinates": " ".join(sorted(map(str, like.coords)))}
+        zarr.create_group(memory, attributes=attributes | to_jsonable(dict(like.attrs)))
+        own = {_FLAGS: xr.Variable("trial", np.zeros(0, bool))}
+        own |= {_PARAMETERS: xr.Variable("trial", np.zeros(0, "U1"))} if self._made else {}
+        for name, item in [*like.variables.items(), *own.items()]:
             _create_array(memory, name, item, len(self.finished), self.group_size)
         _consolidate(memory)
-        # the group's own file comes last: with it the folder is a store
-        for name in sorted(files, key=lambda name: name == "zarr.json"):
-            (self.path / name).parent.mkdir(exist_ok=True)
-            write_atomic(self.path / name, files[name].to_bytes())
+        with explain(self.path):
+            # the group's own file comes last: with it the folder is a store
+            for name in sorted(files, key=lambda name: name == "zarr.json"):
+                (self.path / name).parent.mkdir(exist_ok=True)
+                write_atomic(self.path / name, files[name].to_bytes())
 
-    def append(self, indices: int | Iterable[int], trials: xr.Dataset) -> None:
-        """Store trials, a Dataset in the order of ``indices`` (from 0); when this returns they
-        survive a power cut.
-
-        Raises
-        ------
-        StoreError
-            A trial is already stored or does not fit the others, or the disk is full (finished
-            trials are safe).
+    def append(self, indices: Sequence[int], trials: xr.Dataset) -> None:
+        """Store trials, a Dataset in the rising order of ``indices`` (from 0); when this returns
+        they survive a power cut.
         """
-        wanted = [int(indices)] if np.ndim(indices) == 0 else [int(index) for index in indices]  # type: ignore[arg-type, union-attr]
-        n_trials = len(self.finished)
-        outside = [index for index in wanted if not 0 <= index < n_trials]
-        if outside or trials.sizes.get("trial") != len(wanted) or len({*wanted}) < len(wanted):
-            raise InvalidInput(
-                f"append takes one trial for each of its indices within 0 to {n_trials - 1}, got"
-                f" the indices {str(wanted)[:60]} and the sizes {dict(trials.sizes)}."
-            )
-        if stored := [index for index in wanted if self.finished[index]]:
-            raise StoreError(
-                f"trial {min(stored)} is already stored in {self.path}; compute only those that"
-                " are not `finished`."
-            )
-        _check_trials(trials)
         self.create(trials)
-        _check_same(self._like, trials)
-        order = np.argsort(wanted)
-        wanted, trials = [wanted[k] for k in order], trials.isel(trial=order)
-        write_group(self.path, wanted, trials)
-        self.admit(wanted, trials)
+        write_group(self.path, indices, trials)
+        self.admit(indices, trials)
 
     def admit(self, indices: Sequence[int], trials: xr.Dataset) -> None:
         """Write the labels of trials whose numbers are there, and count them as finished; when this
@@ -339,7 +302,7 @@ class Store(AbstractContextManager):
                 if item.dims == ("trial",):
                     _write(arrays[str(name)], indices, item.values)
             if self._made:
-                texts = [write_plain(to_jsonable(self._made(index))) for index in indices]
+                texts = [write_canonical(self._made(index)) for index in indices]
                 _write(arrays[_PARAMETERS], indices, np.array(texts))
             _write(arrays[_FLAGS], indices, np.ones(len(indices), bool))
         self.finished[[*indices]] = True
@@ -353,20 +316,15 @@ class Store(AbstractContextManager):
 
 
 def _make_folder(path: Path) -> None:
-    """Make a store's folder; refuse one that holds something else."""
-    if path.exists() and not path.is_dir():
-        raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
+    """Make a store's folder; refuse what holds something else."""
     if is_old_store(path):
         raise StoreError(
             f"{path} is a store of feeler 0.3, which is read but not continued. Use a new store, or"
             f" keep its touches by: feeler convert {path} new.zarr"
         )
-    ours = (path / _FLAGS / "lock").exists() or is_store(path)
-    if foreign := [] if ours or not path.exists() else sorted(os.listdir(path)):
-        raise StoreError(
-            f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new"
-            " folder."
-        )
+    ours = is_store(path) or (path / _FLAGS / "lock").exists()
+    if path.exists() and not ours and (path.is_file() or os.listdir(path)):
+        raise StoreError(f"{path} exists and is no store. Choose an empty or new folder.")
     (path / _FLAGS).mkdir(parents=True, exist_ok=True)
 
 
@@ -380,9 +338,8 @@ def _create_array(
     shape = (n_trials, *item.shape[1:]) if of_trials else item.shape
     chunk, shard = shape, None
     if of_trials and item.ndim > 1:
-        parts = range(1, min(INNER, group_size) + 1)  # a whole part of the group
-        inner = max(n for n in parts if group_size % n == 0)
-        chunk, shard = (inner, *shape[1:]), (group_size, *shape[1:])
+        chunk = (math.gcd(INNER, group_size), *shape[1:])
+        shard = (group_size, *shape[1:])
     elif of_trials:
         chunk = (_LABELS,)
     array = zarr.create_array(
@@ -409,71 +366,14 @@ def _consolidate(store: Any) -> None:
         zarr.consolidate_metadata(store, zarr_format=3)
 
 
-def _check_trials(trials: xr.Dataset) -> None:
-    """Raise where a Dataset cannot be kept in a store."""
-    for name, item in trials.variables.items():
-        check_variable(name, item)
-        over = "trial" in item.dims
-        if over and (item.dims[0] != "trial" or (item.ndim > 1 and item.dtype.kind in "UOT")):
-            raise InvalidInput(
-                f"variable {name!r} {item.dims} must hold numbers, and trial must come first."
-            )
-    if taken := sorted(_OWN & {*map(str, trials.variables)}):
-        raise InvalidInput(
-            f"a store keeps {taken[0]!r} itself; leave it out: dataset.drop_vars({taken[0]!r})."
-        )
-
-
-def _check_same(stored: Any, trials: xr.Dataset) -> None:
-    """Raise StoreError where trials do not fit the stored ones: other variables, shapes, shared
-    values or attributes.
-    """
-    found = [f"variable {name!r}" for name in {*stored.variables} ^ {*trials.variables}]
-    for name in {*stored.variables} & {*trials.variables}:
-        old, new = stored.variables[name], trials.variables[name]
-        kinds = [f"{_name_type(one)}{one.shape[1:]}" for one in (old, new)]
-        if "trial" not in old.dims and not old.equals(new):
-            found.append(f"the values of {name}")
-        elif "trial" in old.dims and kinds[0] != kinds[1]:
-            found.append(f"{name}: {kinds[0]} → {kinds[1]}")
-    before, after = stored.attrs, to_jsonable(dict(trials.attrs))
-    found += [
-        f"attribute {key}: {str(before.get(key))[:80]} → {str(after.get(key))[:80]}"
-        for key in {*before, *after} - {*_UNSTABLE}
-        if before.get(key) != after.get(key)
-    ]
-    if found:
-        raise StoreError(
-            f"the trials do not fit the store: {'; '.join(sorted(found)[:5])}. Use a new store for"
-            " them."
-        )
-
-
-def _name_type(item: xr.Variable) -> str:
-    """A variable's type; of labels, which are cast, only whether they are texts."""
-    if item.dtype.kind in "UOT":
-        return "text"
-    return "numbers" if item.ndim == 1 else item.dtype.str
-
-
-def _find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
-    """Up to five places where two configurations differ, as ``name: stored → asked``."""
-    if isinstance(stored, dict) and isinstance(asked, dict):
-        pairs = [
-            (f"{name}.{key}" if name else key, stored.get(key), asked.get(key))
-            for key in sorted({*stored, *asked})
-        ]
-    elif isinstance(stored, list) and isinstance(asked, list) and len(stored) == len(asked):
-        pairs = [
-            (f"{name}[{n}]", a, b) for n, (a, b) in enumerate(zip(stored, asked, strict=True))
-        ]
-    else:
-        return [] if stored == asked else [f"{name}: {_show(stored)} → {_show(asked)}"]
-    found: list[str] = []
-    for place, a, b in pairs:
-        if len(found) < _MAX_DIFFERENCES and a != b:
-            found += _find_differences(a, b, place)
-    return found[:_MAX_DIFFERENCES]
+def _flatten(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """The entries of nested dictionaries and lists, each under its place."""
+    if not isinstance(value, dict | list):
+        yield name, value
+        return
+    for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+        place = f"{name}[{key}]" if isinstance(value, list) else f"{name}.{key}".lstrip(".")
+        yield from _flatten(item, place)
 
 
 def _show(value: Any) -> str:
@@ -494,6 +394,13 @@ def _save_store(
     with open_store(path, configuration, n_trials, group_size=group_size) as store:
         if store.finished.any():
             raise InvalidInput(f"{path} already holds trials. Choose a new folder.")
+        for name, item in dataset.variables.items():
+            listed = item.dtype.kind in "UOT" and item.ndim > 1 and "trial" in item.dims
+            if name in _OWN or listed or "trial" in item.dims[1:]:
+                raise InvalidInput(
+                    f"a store cannot hold {name!r} {item.dims}: of a trial it keeps numbers with"
+                    f" trial as first dim, and labels called other than {', '.join(_OWN)}."
+                )
         for start in range(0, n_trials, store.group_size):
             part = dataset.isel(trial=slice(start, start + store.group_size))
             store.append(range(start, start + part.sizes["trial"]), part)
@@ -503,18 +410,13 @@ def _save_store(
 
 
 def _read_about(path: Path) -> dict[str, Any]:
-    """Store metadata."""
-    content = parse_json(
-        read_bytes(path / "zarr.json", MAX_TEXT, follow=False), f"{path / 'zarr.json'}"
-    )
-    about = (content.get("attributes") or {}).get(_ABOUT)
-    if not isinstance(about, dict) or about.get("format") != FORMAT:
+    """Format, group size and configuration of a store."""
+    raw = read_bytes(path / "zarr.json", MAX_TEXT, follow=False)
+    about = parse_json(raw, f"{path / 'zarr.json'}")["attributes"].get(_ABOUT, {})
+    if about.get("format") != FORMAT:
         raise InvalidInput(
             f"{path} is a store of another format; this feeler reads {FORMAT}. Update feeler."
         )
-    size = about.get("group")
-    if not isinstance(size, int) or size < 1 or "configuration" not in about:
-        raise InvalidInput(f"{path / 'zarr.json'} is damaged: it lacks group or configuration.")
     return about
 
 
@@ -534,23 +436,23 @@ def _reading(path: Path, what: str = "it") -> Iterator[None]:
         ) from error
 
 
-def _is_of_trials(array: Any) -> bool:
-    return tuple(array.metadata.dimension_names or ())[:1] == ("trial",)
-
-
 def _open(path: Path) -> xr.Dataset:
     """All trials of a store, finished or not, lazily."""
     plain = xr.open_zarr(path, chunks=None, mask_and_scale=False, decode_times=False)
     del plain.attrs[_ABOUT]
-    shared = {name: item for name, item in plain.variables.items() if "trial" not in item.dims}
-    return plain.assign({name: _fix_width(item).load() for name, item in shared.items()})
+    return _load(plain, [n for n, item in plain.variables.items() if "trial" not in item.dims])
 
 
-def _fix_width(item: xr.Variable) -> xr.Variable:
-    """The variable, with texts in NumPy's usual type."""
-    if item.dtype.kind not in ("O", "T"):
-        return item
-    return item.copy(data=np.array(item.values.tolist(), str).reshape(item.shape))
+def _load(dataset: xr.Dataset, names: Iterable[Any]) -> xr.Dataset:
+    """The Dataset with these variables in memory, and texts in NumPy's usual type."""
+    found = {}
+    for name in names:
+        item = dataset.variables[name]
+        text = item.dtype.kind in "OT"
+        found[name] = (
+            item.copy(data=np.array(item.values.tolist(), str)) if text else item.load()
+        )
+    return dataset.assign(found)
 
 
 class _Numbers(BackendArray):
@@ -569,9 +471,8 @@ class _Numbers(BackendArray):
             values = np.asarray(self.array.oindex[key])
         if self.length is None:
             return values
-        length = np.broadcast_to(self.length[:, None], self.shape)
-        for axis in reversed(range(len(key))):
-            length = length[(slice(None),) * axis + (key[axis],)]
+        length = self.length[key[-2]]  # (…, sensor, time)
+        length = length if isinstance(key[-1], int | np.integer) else length[..., None]
         return derive_curvature(values, length).astype(self.dtype)
 
 
@@ -597,46 +498,37 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
     if not is_store(path) and not (path / _FLAGS / "lock").exists():
         raise InvalidInput(f"{path} is no store of feeler.")
     with _reading(path):
-        if not (path / "zarr.json").exists():
-            raise InvalidInput(_EMPTY.format(path))
-        _read_about(path)
-        root: Any = zarr.open_group(path, mode="r")
-        rows = np.flatnonzero(root[_FLAGS][:])[:first]
+        rows = np.zeros(0, int)
+        if (path / "zarr.json").exists():
+            _read_about(path)
+            root: Any = zarr.open_group(path, mode="r")
+            rows = np.flatnonzero(root[_FLAGS][:])[:first]
         if not rows.size:
             raise InvalidInput(_EMPTY.format(path))
         for _, array in root.arrays():
-            _check_files(path, array, rows)
-        dataset = _open(path)
-        made = []
-        if _PARAMETERS in dataset and rows.size <= MAX_LISTED:
-            made = [json.loads(text) for text in dataset[_PARAMETERS].values[rows]]
-        dataset = _assemble(path, dataset.drop_vars(_OWN, errors="ignore"), root, rows)
-        if rows.size <= _EAGER:
-            labels = {n: v for n, v in dataset.variables.items() if v.dims == ("trial",)}
-            dataset = dataset.assign({n: _fix_width(v).load() for n, v in labels.items()})
-        dataset = dataset.drop_encoding()
+            if _is_of_trials(array):
+                _check_files(path, array, rows)
+        whole = _open(path)
+        dataset = _pick(path, whole.drop_vars(_OWN, errors="ignore"), root, rows)
+        labels = [name for name, item in dataset.variables.items() if item.dims == ("trial",)]
+        dataset = (_load(dataset, labels) if rows.size <= _EAGER else dataset).drop_encoding()
+        if _PARAMETERS in whole and rows.size <= MAX_LISTED:
+            made = [json.loads(text) for text in whole[_PARAMETERS].values[rows]]
+            dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
         for name, item in dataset.variables.items():
             if item.dtype.kind in "UOT":
                 item.encoding["dtype"] = np.dtypes.StringDType()  # what Zarr v3 defines
             elif item.ndim > 1 and name in root and item.dims[0] == "trial":
                 item.encoding |= {key: getattr(root[name], key) for key in ("chunks", "shards")}
-        return _list_made(dataset, made)
-
-
-_EMPTY = "the store {} holds no finished trial yet. Let the simulation go on."
+        return dataset
 
 
 def _check_files(path: Path, array: Any, rows: np.ndarray) -> None:
     """Raise where a chunk is missing, which Zarr would read as NaN, or is a link, which may lead
     anywhere.
     """
-    if not _is_of_trials(array):
-        return
-    here = {
-        entry.name
-        for entry in os.scandir(path / array.basename)
-        if entry.is_file(follow_symlinks=False)
-    }
+    entries = os.scandir(path / array.basename)
+    here = {entry.name for entry in entries if entry.is_file(follow_symlinks=False)}
     for file in _find_chunks(path, array, rows):
         if file.name not in here:
             raise InvalidInput(
@@ -644,7 +536,7 @@ def _check_files(path: Path, array: Any, rows: np.ndarray) -> None:
             )
 
 
-def _assemble(path: Path, dataset: xr.Dataset, root: Any, rows: np.ndarray) -> xr.Dataset:
+def _pick(path: Path, dataset: xr.Dataset, root: Any, rows: np.ndarray) -> xr.Dataset:
     """These trials, with numbers that are read when they are used."""
     found = {}
     for name, item in dataset.variables.items():
@@ -656,63 +548,49 @@ def _assemble(path: Path, dataset: xr.Dataset, root: Any, rows: np.ndarray) -> x
         numbers = indexing.LazilyIndexedArray(_Numbers(path, root["angle"], length))
         attrs = {"units": quantity.unit, "long_name": quantity.meaning}
         found["curvature"] = xr.Variable(found["angle"].dims, numbers, attrs)
-    # The same rows as a slice where they are a run.
-    run = bool(rows.size) and bool((np.diff(rows) == 1).all())
-    return dataset.assign(found).isel(
-        trial=(slice(int(rows[0]), int(rows[-1]) + 1) if run else rows)
-    )
-
-
-def _list_made(dataset: xr.Dataset, made: list[Any]) -> xr.Dataset:
-    """The Dataset with what its trials were made with, where they are few."""
-    if 0 < len(made) == dataset.sizes["trial"] <= MAX_LISTED:
-        dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
-    return dataset
+    run = np.all(np.diff(rows) == 1)
+    return dataset.assign(found).isel(trial=slice(rows[0], rows[-1] + 1) if run else rows)
 
 
 def _describe_store(path: Path) -> list[str]:
     """How much of a store is finished, without reading its numbers."""
     with _reading(path):
-        finished = zarr.open_group(path, mode="r")[_FLAGS][:]  # type: ignore[index]
-    shown = f"; below: the first {GLANCE}" if finished.sum() > GLANCE else ""  # type: ignore[union-attr]
-    return [f"{finished.sum()} of {len(finished)} trials finished{shown}"]  # type: ignore[union-attr, arg-type]
+        finished = np.asarray(zarr.open_group(path, mode="r")[_FLAGS])
+    shown = f"; below: the first {GLANCE}" if finished.sum() > GLANCE else ""
+    return [f"{finished.sum()} of {len(finished)} trials finished{shown}"]
 
 
 def _find_damage(path: Path) -> list[str]:
     """What is wrong with the files of a store, one line for each."""
     if is_old_store(path):
         return []
-    _read_about(path)
     with _reading(path):
-        arrays = dict(zarr.open_group(path, mode="r", use_consolidated=False).arrays())
+        _read_about(path)
         return [
-            f"{file} (trials {first} to {last}) is missing or damaged{words}. The command that"
+            f"{file} (trials {first} to {last}) is missing or damaged ({words}). The command that"
             " made the store computes them again."
-            for first, last, file, words in _find_damaged_chunks(path, arrays)
+            for first, last, file, words in _list_damage(path, _open_arrays(path, False))
         ]
 
 
-def _find_damaged_chunks(path: Path, arrays: dict) -> Iterator[tuple[int, int, Path, str]]:
+def _list_damage(path: Path, arrays: dict) -> Iterator[tuple[int, int, Path, str]]:
     """First and last trial, file, and what a library says, of each file that cannot be read."""
-    flags = arrays[_FLAGS]
-    finished = np.ones(flags.shape[0], bool)
+    finished = np.zeros(arrays[_FLAGS].shape, bool)
     for name, array in sorted(arrays.items(), key=lambda pair: pair[0] != _FLAGS):
-        size = (array.shards or array.chunks)[0] if _is_of_trials(array) else 0
-        for start in range(0, len(finished), size) if size else ():
-            stop, (file,) = min(start + size, len(finished)), _find_chunks(path, array, [start])
-            if not finished[start:stop].any() or (name == _FLAGS and not file.exists()):
-                finished[start:stop] &= name != _FLAGS
+        size = (array.shards or array.chunks)[0]
+        for start in range(0, len(finished), size):
+            part, (file,) = finished[start : start + size], _find_chunks(path, array, [start])
+            if not (file.exists() if name == _FLAGS else part.any()):
                 continue
             try:
-                if not file.is_file() or file.is_symlink():
-                    raise FileNotFoundError("")
-                values = array[start:stop]
+                if file.is_symlink() or not file.is_file():
+                    raise FileNotFoundError("no such file, or a link")
+                values = array[start : start + size]
             except Exception as error:  # whatever zarr says of a damaged chunk
-                yield start, stop - 1, file, f" ({str(error)[:100]})" if str(error) else ""
-                finished[start:stop] = False
+                yield start, start + len(part) - 1, file, str(error)[:100]
+                part[:] = False
             else:
-                if name == _FLAGS:
-                    finished[start:stop] = values
+                part[:] = values if name == _FLAGS else part
 
 
 # Stores of feeler 0.3, for one release: the records in their folder ``progress`` say which trials
@@ -728,15 +606,19 @@ def _read_old(path: Path) -> xr.Dataset:
         if not rows.size:
             raise InvalidInput(_EMPTY.format(path))
         kinds = json.loads((path / "progress" / "store.json").read_text())["layout"]["labels"]
+        whole = _open(path).drop_vars(_FLAGS)
         labels = {
-            name: np.array([value for one in records for value in one["labels"][name]], kind)
+            name: xr.Variable(
+                "trial",
+                np.array([value for one in records for value in one["labels"][name]], kind),
+                whole[name].attrs,
+            )
             for name, kind in kinds.items()
         }
-        dataset, root = _open(path).drop_vars(_FLAGS), zarr.open_group(path, mode="r")
-        attributes = {name: dataset[name].attrs for name in labels}
-        dataset = _assemble(path, dataset.drop_vars([*labels]), root, rows)
-        named = {name: ("trial", labels[name], attributes[name]) for name in labels}
-        coordinates = {name for name in named if name in _open(path).coords}
-        dataset = dataset.assign(named).set_coords(coordinates)
+        root = zarr.open_group(path, mode="r")
+        dataset = _pick(path, whole.drop_vars([*labels]), root, rows).assign(labels)
+        dataset = dataset.set_coords([name for name in labels if name in whole.coords])
         made = [one for record in records for one in record["made"]]
-        return _list_made(dataset.drop_encoding(), made)
+        if 0 < len(made) == rows.size <= MAX_LISTED:
+            dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
+        return dataset.drop_encoding()

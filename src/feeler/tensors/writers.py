@@ -17,11 +17,9 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, require_extra
-from feeler.files import NAME, parse_json, read_text, write_atomic, writing
+from feeler.files import NAME, write_atomic, writing
 from feeler.provenance import to_jsonable
-from feeler.sandbox import MAX_TEXT, Limits, find_limits
 from feeler.tensors.readers import DESCRIPTION
-from feeler.tensors.table import parse_table
 
 # A Dataset as plain arrays and one JSON text: what every format stores, so that each restores
 # the same Dataset.
@@ -69,24 +67,13 @@ def describe(dataset: xr.Dataset) -> str:
 
 
 def _describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
-    """A small Dataset with all its numbers, as plain data; :func:`_restore_whole` reads it."""
+    """A small Dataset with all its numbers, as plain data."""
     numbers = {
         str(name): to_jsonable(item.values.ravel())
         for name, item in dataset.variables.items()
         if item.dtype.kind not in "UOT"
     }
     return {"rest": json.loads(describe(dataset)), "numbers": numbers}
-
-
-def _restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
-    """The Dataset that :func:`_describe_whole` described, to the last digit."""
-    arrays = {}
-    for name, values in content["numbers"].items():
-        flat = np.array(values, dtype=object).ravel().tolist()
-        # above 2^53 no float is exact: whole numbers stay whole
-        whole = all(isinstance(value, int) for value in flat)
-        arrays[name] = np.array(flat if whole else [float(value) for value in flat])
-    return restore(content["rest"], arrays, source)
 
 
 def check_variable(name: Any, variable: xr.Variable) -> None:
@@ -267,8 +254,6 @@ def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
 # digit.
 
 MAGIC = "# feeler tensor"
-_DESCRIPTION = "# description: "
-_MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
 _COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
@@ -278,8 +263,7 @@ def save_csv(
     """Write one variable (trial, sensor, time) of one trial.
 
     Line 1 says what the file is; the notes below it are the trial's labels, one ``# name: value``
-    each, and one line of JSON that restores the Dataset; then a header row ``time_ms, sensor1_rad,
-    …`` and one row per sample.
+    each; then a header row ``time_ms, sensor1_rad, …`` and one row per sample.
     """
     if variable not in dataset or dataset[variable].dims != ("trial", "sensor", "time"):
         valid = [
@@ -303,59 +287,12 @@ def save_csv(
     for name, label in one.coords.items():
         if label.dims == ("trial",):
             text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
-    rest = one.drop_vars([variable, "time"])
-    roles = {"variable": variable, "attributes": to_jsonable(dict(one[variable].attrs))}
-    content = _describe_whole(rest) | {"time": to_jsonable(dict(one.time.attrs)), **roles}
-    text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
     for time, row in zip(one.time.values, one[variable].values[0].T, strict=True):
         writer.writerow([repr(float(time)), *(repr(float(value)) for value in row)])
     write_atomic(Path(path), text.getvalue().encode())
-
-
-def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by
-    feeler.robot instead.
-    """
-    text, source = read_text(path, MAX_TEXT), Path(path).name
-    # before anything is split: each piece costs ten times its bytes
-    if text.count(",") + text.count("\n") > _MAX_CELLS:
-        raise InvalidInput(
-            f"{source} has more than {_MAX_CELLS:,} cells. Keep large sets as NetCDF."
-        )
-    find_limits(limits).check_bytes(text.count(",") * 8, source)
-    start, _, rest = text.partition("\n")
-    if start.strip() != MAGIC:
-        raise InvalidInput(
-            f"{source} is no tensor of feeler (line 1 is not {MAGIC!r}). Read recordings with"
-            " load_recording."
-        )
-    notes = [line for line in rest.split("\n") if line.startswith(_DESCRIPTION)]
-    if len(notes) != 1:
-        raise InvalidInput(f"{source} is damaged: it needs one line {_DESCRIPTION.strip()!r}.")
-    content = parse_json(
-        notes[0][len(_DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}"
-    )
-    values = parse_table(text, source=source, max_cells=_MAX_CELLS).values
-    if not len(values):
-        raise InvalidInput(f"{source} is damaged: it holds no samples.")
-    try:
-        tensor = (
-            ("trial", "sensor", "time"),
-            values[:, 1:].T[None],
-            dict(content["attributes"]),
-        )
-        time = xr.Variable("time", values[:, 0], dict(content["time"]))
-        whole = _restore_whole(content, source)
-        return whole.assign({str(content["variable"]): tensor}).assign_coords(time=time)
-    except InvalidInput:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise InvalidInput(
-            f"{source} is damaged: its description does not fit ({str(error)[:100]})."
-        ) from error
 
 
 # Parquet: one labelled touch a row, as pandas, polars and Hugging Face ``datasets`` read it; needs
