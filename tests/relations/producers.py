@@ -305,7 +305,7 @@ def ask_release(world: World) -> Answer:
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "film.csv").write_text(f"{','.join([world.clock, *columns])}\n{text}\n")
         found = read_json(run("calibrate", *words, "--json", cwd=folder))
-    return {name: found[name] for name in ("p", "low", "high")}
+    return {k: v for k, v in found.items() if k.startswith(("p.", "p[", "low", "high"))}
 
 
 def ask_wall(world: World) -> Answer:
