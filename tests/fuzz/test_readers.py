@@ -103,12 +103,6 @@ READERS = {
         shape_text,
         "input.svg",
     ),
-    "dxf": Reader(
-        Outline.from_file,
-        tuple(map(files.make_dxf, (files.LOOP, files.DISC, files.EDGE))),
-        shape_text,
-        "input.dxf",
-    ),
     "corners": Reader(
         Outline.from_file, (b"x,y\n0,-1\n4,-1\n4,1\n0,1\n",), shape_text, "input.csv"
     ),

@@ -15,7 +15,6 @@ from feeler.decoding.transfer import find_first_peak
 from feeler.errors import InvalidInput
 from feeler.objects import load_objects
 from feeler.robot import (
-    PARTS,
     compute_tip,
     draw_robots,
     fit_factors,
@@ -223,36 +222,6 @@ def test_noise_drift_and_taps_beside_are_unlike_any_touch(classifier):
             strange.append(answer.strange)
             assert "unlike any touch I know" in str(answer)
     assert np.mean(strange) >= 0.95
-
-
-def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypatch):
-    monkeypatch.setattr(
-        "feeler.robot.reality.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")}
-    )
-    asked = (
-        "--antenna",
-        lab / "robot.toml",
-        "--objects",
-        lab / "objects.toml",
-        "--speeds",
-        "0.3",
-        "--locations",
-        "0.9",
-    )
-    done = run("robot", "gap", *asked, "--robots", 1, "--out", lab / "gap", "--json")
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
-    assert found["contacts"] == 2 and list(found["shares"]) == ["gain", "hysteresis"]
-    assert all(
-        0 <= low <= value <= high <= 1 for value, low, high in found["shares"]["gain"].values()
-    )
-    assert json.loads((lab / "gap" / "robot.json").read_text())["contacts"] == 2
-    page = (lab / "gap" / "robot.html").read_text()
-    assert (
-        "What the gap costs" in page
-        and "hysteresis" in page
-        and page.count("data:image/png") == 1
-    )
 
 
 def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(tmp_path):

@@ -43,8 +43,6 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
 
   feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds \
 0.1,0.3 --out out/touches
-
-  feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
 import re
@@ -83,7 +81,6 @@ from feeler.cli.robot_options import (
 )
 from feeler.errors import InvalidInput
 from feeler.files import write_text
-from feeler.progress import ProgressBar
 
 # of a recording's history: what its answers must be seen beside
 _TOLD = re.compile("was not closed|stamps are all 0|gaps over")
@@ -342,48 +339,6 @@ def classify(
         from feeler.cli.robot_pages import write_answers
 
         typer.echo(f"page: {write_answers(out, found, answers, aligned)}", err=True)
-
-
-@app.command()
-def gap(
-    antenna: AntennaName = "robot",
-    objects: Objects = None,
-    locations: Numbers = None,
-    speeds: Speeds = None,
-    robots: Annotated[int, typer.Option(min=1, help="surrogate robots per part")] = 10,
-    seed: Annotated[int, typer.Option(min=0, help="seed of the robots")] = 0,
-    out: Out = None,
-    as_json: Json = False,
-) -> None:
-    """Measure what each part of the sim-to-real gap costs.
-
-    Noise, drift, gain, hysteresis, play and others.
-
-    Surrogate robots differ from your antenna's model in one way only, at full size, and are read by
-    a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was
-    measured on your robot.
-    """
-    from feeler.robot import measure_parts
-
-    own = objects or locations or speeds or antenna != "robot"
-    touches = _make_touches(objects, locations, speeds) if own else None
-    with ProgressBar("parts of the gap") as progress:
-        scores = measure_parts(
-            Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
-        )
-    found = {
-        name: {what: score.share(what) for what in score.correct}
-        for name, score in scores.items()
-    }
-    contacts = next(iter(scores.values())).total
-    words = "{:20} {:5.0%} classified correctly ({:.0%} to {:.0%}); feature {:.0%}".format
-    lines = [words(name, *one["all"], one["feature"][0]) for name, one in found.items()]
-    plain = {"contacts": contacts, "robots": robots, "seed": seed, "shares": found}
-    say(as_json, plain, lines)
-    if out is not None:
-        from feeler.cli.robot_pages import write_gap
-
-        typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
 
 
 @app.command()

@@ -63,7 +63,7 @@ def touch(
         typer.Option(help=f"speed of the feature [m/s]{_MANY}"),
     ] = [0.6],  # noqa: B006
     outline: Annotated[
-        Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")
+        Path | None, typer.Option(help="SVG or CSV file of --feature outline")
     ] = None,
     approach: Annotated[
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
