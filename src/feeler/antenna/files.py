@@ -438,13 +438,7 @@ class _Reader:
                 "profile",
                 f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}",
             )
-        values: dict[str, Any] = {}
-        for key in keys:
-            values[key] = (
-                tuple(self.numbers(name, key, table[key], 10_000))
-                if kind == "tabulated"
-                else self.number(name, key, table[key])
-            )
+        values: dict[str, Any] = {key: self.number(name, key, table[key]) for key in keys}
         return self.attempt(name, "profile", lambda: PROFILES[kind](**values).sample(n))
 
     def hinges(self, value: Any, n: int) -> list[int] | None:

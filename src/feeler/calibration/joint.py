@@ -188,19 +188,12 @@ class MeasurementFit(Shown):
                     f"the antenna is {p:.3g} times as heavy as its diameters and density say: are"
                     " the frame rate, the force's unit and the place where it acts right?"
                 )
-            if name == "stiffness":
-                lines += question_stiffness(p)
+            if name == "stiffness" and not 1 / _STIFF < p < _STIFF:
+                lines.append(
+                    f"the antenna is {p:.3g} times as stiff as the first guess: are its modulus,"
+                    " the frame rate, and the units of force and deflection right?"
+                )
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
-
-
-def question_stiffness(factor: float) -> list[str]:
-    """A line of doubt where ``factor`` is far from 1."""
-    if 1 / _STIFF < factor < _STIFF:
-        return []
-    return [
-        f"the antenna is {factor:.3g} times as stiff as the first guess: are its modulus, the frame"
-        " rate, and the units of force and deflection right?"
-    ]
 
 
 @checked

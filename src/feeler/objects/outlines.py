@@ -5,7 +5,8 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from itertools import islice
+from functools import partial
+from itertools import groupby, islice
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -268,7 +269,7 @@ def _find_unit(
 def _flatten(curves: Iterable[_Curve], tolerance: float, most: int = MAX_CORNERS) -> np.ndarray:
     """Corners (corner, 2) of a polygon within ``tolerance`` of a path, at most so many."""
     points = (point for curve in curves for point in _bisect(curve, 0.0, 1.0, tolerance))
-    found = np.array(list(islice(_leave_out_repeated(points), most + 1)))
+    found = np.array([point for point, _ in islice(groupby(points), most + 1)])
     corners = np.column_stack([found.real, found.imag])
     if len(corners) > most:
         raise InvalidInput(
@@ -281,14 +282,6 @@ def _flatten(curves: Iterable[_Curve], tolerance: float, most: int = MAX_CORNERS
             f" {corners[lost, 0]:g} {corners[lost, 1]:g}."
         )
     return corners
-
-
-def _leave_out_repeated(points: Iterable[complex]) -> Iterator[complex]:
-    before = None
-    for point in points:
-        if point != before:
-            yield point
-        before = point
 
 
 def _bisect(
@@ -320,18 +313,6 @@ def _tidy(corners: np.ndarray) -> np.ndarray:
     return corners[gap > 1e-9 * extent]
 
 
-def _trace(points: Iterable[complex]) -> _Curve:
-    """A Bézier curve: a point by itself, a straight line by two points, a cubic curve by four."""
-
-    def curve(t: float) -> complex:
-        left = np.array([*points])
-        while len(left) > 1:
-            left = left[:-1] + t * (left[1:] - left[:-1])
-        return complex(left[0])
-
-    return curve
-
-
 def _read_csv(path: str) -> tuple[_Paths, float | None]:
     lines = read_text(path, _MAX_BYTES).splitlines()
     start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
@@ -342,7 +323,12 @@ def _read_csv(path: str) -> tuple[_Paths, float | None]:
     ]
     if not rows or {len(row) for row in rows} != {2}:
         raise InvalidInput("it must have two columns, x and y [mm], and nothing else.")
-    return [(Path(path).stem, [_trace([complex(float(x), float(y))]) for x, y in rows])], 1.0
+    corners = [complex(float(x), float(y)) for x, y in rows]
+    return [(Path(path).stem, [partial(_stay, corner) for corner in corners])], 1.0
+
+
+def _stay(corner: complex, _: float) -> complex:
+    return corner
 
 
 def _read_svg(path: str) -> tuple[_Paths, float | None]:
