@@ -120,8 +120,8 @@ def make_file(name: str) -> bytes:
 
 
 def _write(path: Path) -> None:
-    if path.name in ("robot.toml", "moulded.toml"):
-        write_robot(path, 3, moulded=path.name == "moulded.toml")
+    if path.name == "robot.toml":
+        write_robot(path, 3)
     elif path.suffix == ".toml":
         more = (
             {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]}

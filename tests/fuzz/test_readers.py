@@ -88,7 +88,7 @@ def load_landmarks(path: Path) -> None:
 
 READERS = {
     "antenna": Reader(load_antenna, ("small.toml", "sensors.toml"), shape_toml),
-    "robot": Reader(load_robot, ("robot.toml", "moulded.toml"), shape_toml),
+    "robot": Reader(load_robot, ("robot.toml",), shape_toml),
     "plan": Reader(load_plan, (TEMPLATE.encode(),), shape_toml),
     "objects": Reader(load_objects, (files.OBJECTS,), shape_toml),
     "svg": Reader(

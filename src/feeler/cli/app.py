@@ -139,7 +139,8 @@ def _give_up() -> None:
 
 def put_in_shell(words: str, *verbs: list[str]) -> str:
     """A message in the options of some verbs; default: of the one that was called."""
-    group, options = typer.main.get_command(app), {}
+    options: dict[str, str] = {}
+    group = typer.main.get_command(app)
     for verb in verbs or (sys.argv[1:],):
         options |= list_options(group, verb)
     return say_in_shell(words, options)

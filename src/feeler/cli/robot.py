@@ -25,14 +25,11 @@ A recording by ROS 2 in the place of a CSV, by file and topic (extra: ros):
 
   feeler robot check run.mcap:joint_states --antenna robot.toml
 
-A board of your own, or a recording in its stead, as fast as it was recorded:
+A board of your own:
 
   feeler robot board sketch.ino --channels 12 --rate 200
 
   feeler robot stream /dev/ttyUSB0 --serial --calibration calibration.json
-
-  feeler robot replay surrogate_ball_tip_fast.csv | feeler robot stream - --calibration \
-calibration.json
 
 Your own robot and objects (an objects file holds tables such as [[object]] name = "bolt", shape = \
 "ball", radius = 3):
@@ -54,7 +51,7 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Commands, Json, list_examples, require_new, say
-from feeler.cli.robot_live import board, replay, stream
+from feeler.cli.robot_live import board, stream
 from feeler.cli.robot_options import (
     AntennaName,
     BadChannels,
@@ -110,10 +107,6 @@ def example(folder: Annotated[Path, typer.Argument(help="where to put them")] = 
 def new(
     file: Annotated[Path, typer.Argument(help="TOML file to write")] = Path("robot.toml"),
     hinges: Annotated[int, typer.Option(min=1, help="how many hinges it has")] = 8,
-    moulded: Annotated[
-        bool,
-        typer.Option("--moulded", help="one soft piece, such as silicone, in place of hinges"),
-    ] = False,
 ) -> None:
     """Write a commented robot file to be edited.
 
@@ -121,7 +114,7 @@ def new(
     """
     from feeler.robot import write_robot
 
-    write_robot(file, hinges, moulded=moulded)
+    write_robot(file, hinges)
     typer.echo(f"wrote {file}; edit its numbers, then give it to --antenna")
 
 
@@ -437,7 +430,7 @@ def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
     return {"accuracy": made.accuracy, "window": made.window, "words": words}
 
 
-for verb in (stream, board, replay):
+for verb in (stream, board):
     app.command()(verb)
 _EXAMPLES = list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own

@@ -1,4 +1,4 @@
-"""``feeler robot stream``, ``board`` and ``replay``: a robot while it touches."""
+"""``feeler robot stream`` and ``board``: a robot while it touches."""
 
 import gc
 import os
@@ -266,29 +266,6 @@ def board(
         ),
     )
     typer.echo(f"wrote {file}; put your converter into read_channel()")
-
-
-def replay(
-    recording: Annotated[Path, typer.Argument(help="CSV recording")],
-    antenna: AntennaName = "robot",
-    speed: Annotated[float, typer.Option(min=0.01, help="times as fast as recorded")] = 1.0,
-) -> None:
-    """Send a recording to standard output as a board would.
-
-    Send a recording to standard output as a board would, as fast as it was recorded: a stand-in
-    for hardware.
-    """
-    from feeler.robot import load_recording
-    from feeler.robot.stream import frame_sample
-
-    read = load_recording(recording, **Robot(antenna).channels)
-    began = time.monotonic()
-    for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
-        wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()
-        if wait > 0:
-            time.sleep(wait)
-        sys.stdout.write(frame_sample(number, at, values) + "\n")
-        sys.stdout.flush()
 
 
 def _decode(touch, watch, every: int, say) -> tuple[Any, Exception | None]:
