@@ -99,7 +99,7 @@ _SHOWN_FIRST = {
     "touch": ("feature", "size", "location", "speed", "antenna"),
     "spikes": ("feature", "location", "speed", "antenna", "out"),
     "tracks": ("frame_rate", "tips", "body", "individual", "out"),
-    "calibrate": ("data", "frame_rate", "release", "profile", "out"),
+    "calibrate": ("data", "frame_rate", "release", "at", "out"),
     "design": ("new", "out", "evaluations", "starts", "seed"),
     "reproduce": ("scale", "out", "open_", "antenna", "change"),
     "tradeoff": ("out", "antenna", "objects", "speed", "classifier"),

@@ -39,7 +39,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, list_options, say, say_in_shell, say_json
+from feeler.cli.options import Json, say
 from feeler.errors import InvalidInput, ModelValidityWarning, suggest
 
 _SIDES = ("left", "right")
@@ -332,15 +332,11 @@ def _settle_bases(said: SimpleNamespace, trials: list) -> tuple[str, str]:
 
 
 def _read_cutoff(text: str) -> float | str:
-    """A cut-off [Hz], or the word for one."""
-    if text in ("auto", "paper"):
-        return text
+    """A cut-off [Hz], or the word for one, which the library knows."""
     try:
         return float(text)
     except ValueError:
-        raise InvalidInput(
-            f"--cutoff must be auto, paper or a number of Hz, got {text!r}."
-        ) from None
+        return text
 
 
 def _load(file: Path, how: dict[str, Any]) -> Any:
@@ -357,10 +353,8 @@ def _describe(
     names: list[str], trials: list, result: Any, settings: dict[str, Any]
 ) -> dict[str, Any]:
     """All numbers, in degrees per second, and what they were measured with."""
-    from feeler.cli.app import app
+    from feeler.cli.app import put_in_shell
 
-    group: Any = typer.main.get_command(app)
-    options = list_options(group, ["tracks"])
     rows = []
     for k, (name, trial) in enumerate(zip(names, trials, strict=True)):
         mean, error = (
@@ -389,7 +383,7 @@ def _describe(
                 "left_out": result.left_out[k],
                 "notes": trial.notes,
                 "rhythm": _describe_rhythm(result.sweeps[k], trial.interval),
-                "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
+                "remarks": [put_in_shell(words, ["tracks"]) for words in result.remarks[k]],
             }
         )
     overall, lateral = _drop_nan([result.mean, result.lateral_speed])
@@ -621,51 +615,40 @@ def _save_poses(
 
 
 def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, Any]) -> None:
-    """Say how a flagellum bends, and save it as netCDF."""
+    """Say how a flagellum bends and when it touches, and save it as netCDF."""
+    from feeler.cli.tracks_pages import _find_touched, _save_contacts
     from feeler.tracking import measure_posture
 
     names = ("min_likelihood", "origin", "plane", "individual", "scale", "feeler")
     used = {name: settings[name] for name in names} | {"points": said.points}
-    found: list[dict[str, Any]] = []
-    alike = len({Path(name).stem for name in said.names}) < len(said.names)
-    for name, trial in zip(said.names, trials, strict=True):
-        posture = measure_posture(trial, _split(said.points) or ())
-        found.append(_describe_posture(name, trial, posture) | {"settings": used})
-        posture.attrs["settings"] = json.dumps(used)
-        if not said.as_json:
-            one = found[-1]
-            largest = ", ".join(
-                f"{name} {value:.1f}°" for name, value in one["largest_bend"].items()
-            )
-            typer.echo(
-                f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
-                f" of {one['frames']} frames whole; largest bend {largest}"
-            )
-        if said.out is not None:
-            said.out.mkdir(parents=True, exist_ok=True)
-            target = (
-                said.out / f"{name.replace('/', '_') if alike else Path(name).stem}.posture.nc"
-            )
-            posture.to_netcdf(target, engine="h5netcdf")
-            typer.echo(f"wrote {target}", err=True)
-    _say_touches(said, trials, found)
-    if said.as_json:
-        say_json(found)
-
-
-def _say_touches(said: SimpleNamespace, trials: list, found: list[dict[str, Any]]) -> None:
-    """When the flagellum touches, where that was asked."""
-    from feeler.cli.tracks_pages import _find_touched, _save_contacts
-
     points = [*(_split(said.points) or ())]
+    postures = [measure_posture(trial, points) for trial in trials]
     touched = _find_touched(said, trials, [("antenna", points)])
-    if touched is None:
+    found, lines = [], []
+    for k, (name, trial) in enumerate(zip(said.names, trials, strict=True)):
+        one = _describe_posture(name, trial, postures[k]) | {"settings": used}
+        if touched is not None:
+            one["contacts"] = touched[k].to_dict("records")
+        largest = ", ".join(
+            f"{joint} {value:.1f}°" for joint, value in one["largest_bend"].items()
+        )
+        lines.append(
+            f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
+            f" of {one['frames']} frames whole; largest bend {largest}"
+        )
+        lines += [f"  {words}" for words in _list_contacts(one)]
+        found.append(one)
+    say(said.as_json, found, lines)
+    if said.out is None:
         return
-    for row, one in zip(found, touched, strict=True):
-        row["contacts"] = one.to_dict("records")
-        if not said.as_json:
-            typer.echo("\n".join(f"  {words}" for words in _list_contacts(row)))
-    if said.out is not None:
+    said.out.mkdir(parents=True, exist_ok=True)
+    alike = len({Path(name).stem for name in said.names}) < len(said.names)
+    for name, posture in zip(said.names, postures, strict=True):
+        posture.attrs["settings"] = json.dumps(used)
+        stem = name.replace("/", "_") if alike else Path(name).stem
+        posture.to_netcdf(said.out / f"{stem}.posture.nc", engine="h5netcdf")
+        typer.echo(f"wrote {said.out}/{stem}.posture.nc", err=True)
+    if touched is not None:
         _save_contacts(said.out, said.names, touched)
 
 
