@@ -70,7 +70,7 @@ def show(context: Context, section: Section) -> None:
         "Searched and judged by studies/design/measure.py, whose choices stand in"
         " studies/design/declared.toml, written down before any final touch was looked at. It was"
         " run on 2026-11-24 with today's contact, on final draws that no earlier run had seen. It"
-        " takes half an hour of one core, so that this report reads what was found. Eighteen classes"
+        " takes half an hour of one core, so this report reads what was found. Eighteen classes"
         " (the paper's six objects at three places), touches drawn within nuisances, noise of one"
         " peak (white); the search saw 0.3 m/s and the optimiser's draws only."
     )
