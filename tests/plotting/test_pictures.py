@@ -30,7 +30,7 @@ from feeler.plotting.style import (
 )
 from feeler.presets import make_preset
 from feeler.wall.distance import fit_distance
-from plotting.test_results import make_optimum, make_sweep
+from plotting.test_results import make_sweep
 
 
 def read(line):
@@ -92,25 +92,6 @@ def test_a_profile_s_band_reaches_from_its_own_low_to_its_own_high_in_its_own_co
         assert rims <= corners <= rims
         assert to_hex(area.get_facecolor()[0]) == to_hex(line.get_color())
     assert profile.get_xlabel() == "place (base 0, tip 1)" and profile.get_yscale() == "log"
-
-
-def test_a_design_s_hinges_are_counted_from_1_and_its_cost_holds_until_it_falls():
-    end = make_optimum()
-    profile, way = results.draw_optimum(end).axes
-    antenna = end.design.antenna
-    wanted = {
-        "stiffness [N·mm/rad]": antenna.stiffness,
-        "damping [N·mm·ms/rad]": antenna.damping,
-    }
-    assert list_legend(profile) == [*wanted]
-    for line, values in zip(profile.lines, wanted.values(), strict=True):
-        hinge = 1 + np.arange(antenna.n_segments)
-        np.testing.assert_array_equal(read(line), np.column_stack([hinge, values]))
-    assert name(profile)[0] == "hinge, base to tip"
-    assert name(way) == ("antennas simulated", "what is missing (cost)", "the search")
-    (steps,) = way.lines
-    assert steps.get_drawstyle() == "steps-post"  # found after 4 antennas, and not before
-    np.testing.assert_array_equal(read(steps), end.history)
 
 
 def test_a_picture_shows_its_own_trial_and_variable_with_their_unit_and_negative_values():

@@ -7,14 +7,10 @@ import numpy as np
 import pytest
 from calibration._fits import make_fit
 
-import feeler
-from feeler.calibration import Film, ForceCurve
 from feeler.calibration.hinges import Band
 from feeler.decoding.sweeps import Sweep
-from feeler.design.search import Candidate, Design, Optimum
 from feeler.encoding import ConvolutiveNMF
 from feeler.plotting.results import draw_traces
-from feeler.wall import Posture, approach
 
 
 def make_sweep():
@@ -35,39 +31,6 @@ def make_fit_with_band():
     return make_fit(band=Band(place=place, middle=middle, low=0.8 * middle, high=2 * middle))
 
 
-def make_optimum():
-    return Optimum(
-        start=np.zeros(2),
-        best=Candidate(x=np.ones(2), cost=0.4, fate="simulated"),
-        design=Design(antenna=feeler.presets.robot()),
-        history=((1, 1.5), (4, 0.9), (7, 0.4)),
-        counts={"simulated": 7},
-        seconds=1.0,
-    )
-
-
-ASIDE = np.array([4.0, 4.0, 2.0, -1.0, *np.zeros(16)])
-
-
-def make_curve():
-    return ForceCurve(deflection=[0.0, 0.5, 1.0], force=[0.0, 1e-3, 2.5e-3], at=4.0)
-
-
-def make_small_film():
-    position = np.zeros((20, 2, 2))
-    position[:, 1] = np.column_stack([ASIDE, np.full(20, 10.0)])
-    return Film(
-        position=position, bridged=False & (position[..., 0] > 0), place=[0.0, 1.0],
-        interval=2.0, origin=[0.0, 0.0],
-    )  # fmt: skip
-
-
-def make_sweep_of_walls():
-    return approach(
-        feeler.presets.cockroach(), Posture(prebend="none", friction=0.0), [25.0, 9.0]
-    )
-
-
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("made", "axes", "lines"),
@@ -75,12 +38,8 @@ def make_sweep_of_walls():
         (make_sweep, 3, [("clean", [100.0, 90.0, 65.0])]),
         (make_fit_with_band, 2, [("stiffness", [3.0, 2.0, 1.0])]),
         (make_fit, 2, []),
-        (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
-        (make_curve, 1, [("force in mN", [0.0, 1.0, 2.5])]),
-        (make_small_film, 1, [("tip", ASIDE)]),
-        (make_sweep_of_walls, 1, []),
     ],
-    ids=["sweep", "calibration", "by targets", "design", "force", "film", "wall"],
+    ids=["sweep", "calibration", "by targets"],
 )
 def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
     result = made()

@@ -183,8 +183,6 @@ class ForceCurve(Shown, Record):
         The animal's.
     """
 
-    DRAWN = "draw_force"
-
     deflection: Annotated[np.ndarray, "sample", Len(3), Unit("mm")]
     force: Annotated[np.ndarray, "sample", Unit("N")]
     at: Annotated[float, Gt(0), Unit("mm")]
@@ -355,8 +353,6 @@ class Film(Shown, Record):
     first : int
         Number of the first frame in the film.
     """
-
-    DRAWN = "draw_film"
 
     position: Annotated[np.ndarray, "frame point axis"]
     bridged: Annotated[np.ndarray, "frame point"]

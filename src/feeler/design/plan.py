@@ -289,8 +289,6 @@ class DesignOutcome(Shown):
         test.
     """
 
-    DRAWN = "draw_optimum"
-
     plan: DesignPlan
     ends: tuple[Optimum, ...]
     tests: tuple[Score, ...]

@@ -526,8 +526,6 @@ class Optimum(Shown):
         Processor time of its simulations.
     """
 
-    DRAWN = "draw_optimum"
-
     start: np.ndarray
     best: Candidate
     design: Design

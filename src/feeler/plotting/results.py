@@ -575,54 +575,6 @@ def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> Figu
     return figure
 
 
-def draw_force(curve: Any) -> Picture:
-    """Force against deflection, as measured."""
-    figure = _open(4.0)
-    ax = figure.subplots()
-    ax.plot(curve.deflection, 1e3 * curve.force, ".")
-    title = f"{curve.name}, {curve.at:.3g} mm from the base"
-    ax.set(xlabel="deflection [mm]", ylabel="force [mN]", title=title)
-    return figure
-
-
-def draw_film(film: Any) -> Picture:
-    """How far each point of an antenna is aside of where it comes to rest."""
-    figure = _open(5.0)
-    ax = figure.subplots()
-    for place, row in zip(film.place[film.place > 0], film.displacement, strict=True):
-        ax.plot(film.time, row, lw=1, label=f"at {place:.2g} of the length")
-    ax.set(xlabel="time [ms]", ylabel=f"aside of its rest [{film.unit}]", title=film.name)
-    ax.legend(fontsize=7)
-    return figure
-
-
-def draw_approach(sweep: Any) -> Picture:
-    """An antenna in equilibrium at every distance of the wall, the nearest darkest."""
-    figure = _open(4.0)
-    ax = figure.subplots()
-    shades = np.linspace(0.8, 0.0, len(sweep.distance))
-    for points, shade in zip(sweep.points, shades, strict=True):
-        ax.plot(*points.T, color=str(shade), lw=0.8)
-    ax.set(xlabel="x, towards the wall [mm]", ylabel="y, forward [mm]", aspect="equal")
-    return figure
-
-
-def draw_optimum(end: Any) -> Picture:
-    """Stiffness and damping of a design along the antenna, and how the search came to it."""
-    figure = _open(7.0)
-    profile, way = figure.subplots(1, 2)
-    end = getattr(end, "ends", (end,))[0]  # of a plan that was carried out, the best
-    antenna = end.design.antenna
-    hinge = np.arange(1, antenna.n_segments + 1)
-    profile.semilogy(hinge, antenna.stiffness.ravel(), "o-", ms=3, label="stiffness [N·mm/rad]")
-    profile.semilogy(hinge, antenna.damping.ravel(), "s--", ms=3, label="damping [N·mm·ms/rad]")
-    profile.set(xlabel="hinge, base to tip", title="the best found")
-    profile.legend(fontsize=7)
-    way.step(*np.array(end.history).T, where="post")
-    way.set(xlabel="antennas simulated", ylabel="what is missing (cost)", title="the search")
-    return figure
-
-
 def plot_psth(drawn: xr.Dataset, psth: xr.DataArray, figure: Figure) -> None:
     """Draw trains trial by trial, a block for each unit, above the rates over all trials."""
     raster, rate = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
@@ -688,22 +640,6 @@ def draw_tracks(tracks: Any) -> Picture:
     path.set(xlabel=f"x [{tracks.unit}]", ylabel=f"y upwards [{tracks.unit}]", aspect="equal")
     trace.set(xlabel="time [s]", ylabel=f"x [{tracks.unit}]")
     path.legend(fontsize=7)
-    return figure
-
-
-def draw_run(run: Any) -> Picture:
-    """A run along a wall, from above and by its distances."""
-    from feeler.plotting.walls import plot_run
-
-    figure = _open(7.2, 3.6)
-    plot_run(run, figure)
-    return figure
-
-
-def draw_map(found: Any) -> Picture:
-    """The wall's distance against the point of greatest curvature."""
-    figure = _open(4.5, 3.2)
-    plot_maps({"map": found}, figure.subplots())
     return figure
 
 

@@ -4,7 +4,7 @@ bends most.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -163,8 +163,6 @@ class Approach(Shown):
         Arc length (step,) from the base of the wall's push [mm], the mean over its points weighted
         by their normal force; NaN without contact.
     """
-
-    DRAWN: ClassVar[str] = "draw_approach"
 
     antenna: Antenna
     posture: Posture

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -60,8 +60,6 @@ class DistanceMap(Shown):
     bending : str
         Where the antenna bends, and why (:func:`explain_bending`).
     """
-
-    DRAWN: ClassVar[str] = "draw_map"
 
     distance: np.ndarray
     position: np.ndarray

@@ -275,8 +275,6 @@ class Run(Shown):
         ``penetration`` of a contact [mm].
     """
 
-    DRAWN: ClassVar[str] = "draw_run"
-
     time: np.ndarray
     body: np.ndarray
     distance: np.ndarray
