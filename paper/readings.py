@@ -503,8 +503,10 @@ def judge_sentences(rows: pd.DataFrame) -> dict[str, Finding]:
     }
 
 
-def judge_sentence(sentence: Sentence, rows: pd.DataFrame) -> Finding:
-    """What the rows of a sentence say of it."""
+def judge_sentence(
+    sentence: Sentence, rows: pd.DataFrame, words: Mapping[str, str] | None = None
+) -> Finding:
+    """What the rows of a sentence say of it; ``words``: how verdicts are said, where otherwise."""
     computed = tuple(group for group in sentence.groups if group in {*rows["group"]})
     whole = computed == sentence.groups
     sentence = sentence if whole else sentence.replace(groups=computed)
@@ -534,7 +536,7 @@ def judge_sentence(sentence: Sentence, rows: pd.DataFrame) -> Finding:
         verdict=verdict,
         line=line,
         note=_describe_main(sentence, readings, main),
-        moves=_describe_moves(sentence, readings, main),
+        moves=_describe_moves(sentence, readings, main, words or {}),
         ours=_say_values(sentence, main, show),
         agrees=agrees,
         rows=rows,
@@ -834,7 +836,10 @@ def _list_changes(sentence: Sentence, reading: SimpleNamespace) -> dict[str, str
 
 
 def _describe_moves(
-    sentence: Sentence, readings: list[SimpleNamespace], main: SimpleNamespace
+    sentence: Sentence,
+    readings: list[SimpleNamespace],
+    main: SimpleNamespace,
+    words: Mapping[str, str],
 ) -> str:
     """The verdict with thresholds around the one that was declared."""
     points = [value for value, *_ in main.spreads]
@@ -862,7 +867,7 @@ def _describe_moves(
         ]
         counted = f" ({sum(map(bool, answers))} of {len(answers)} agree)" * bool(others)
         verdict = decide(answers, [one.chance for one in (main, *others)])
-        said.append(f"with {value:.3g}: {verdict}{counted}")
+        said.append(f"with {value:.3g}: {words.get(verdict, verdict)}{counted}")
     return "; ".join(said)
 
 

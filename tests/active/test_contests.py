@@ -13,7 +13,6 @@ from feeler.active import Observer, parse_policy
 from feeler.active.contests import (
     confirm_steering,
     fill_comparison,
-    judge_energy,
     judge_steering,
     load_contest,
 )
@@ -156,27 +155,15 @@ def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
     assert bool(found["pays"]) == (10.5 - float(found["half"]) > 0)
 
 
-def test_a_budget_leaves_out_what_costs_more(comparison):
-    measured = make_measured(comparison, [[0.5] * 4, [0.9] * 4, [0.6] * 4])
-    rows = {row[1]: row[1:] for row in judge_energy(measured, comparison)}
-    assert rows[0.5][1:] == [
-        "none",
-        pytest.approx(np.nan, nan_ok=True),
-        comparison.steered[1],
-        pytest.approx(60),
-    ]
-    assert rows[4.0][3] == comparison.steered[0]
-
-
 def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison, tmp_path):
     """One set to choose on, one to judge on: no interval, and no verdict where there is none."""
     measured = make_measured(comparison, [[0.5, 0.5], [0.9, 0.9], [0.6, 0.6]])
     section = Section(name="active", title="", folder=tmp_path, vector=False)
     fill_comparison(section, measured, comparison)
-    *_, verdict, energy = [block for block in section.blocks if block["kind"] == "table"]
+    *_, verdict = [block for block in section.blocks if block["kind"] == "table"]
     assert {(row[6], row[7]) for row in verdict["rows"]} == {("one set", "cannot be said")}
     assert "four sets or more" in verdict["caption"]
-    assert "undefined" not in str(section.blocks) and "–" in str(energy["rows"])
+    assert "undefined" not in str(section.blocks)
 
 
 @pytest.mark.long

@@ -51,8 +51,6 @@ class Contest(Record):
         Between two decisions [ms].
     deadlines : tuple[float, ...]
         [ms]
-    budgets : tuple[float, ...]
-        [µJ]
     fixed : tuple[str, ...]
         Policies that steering is held against.
     ahead : tuple[str, ...]
@@ -71,7 +69,6 @@ class Contest(Record):
     duration: Annotated[float, Gt(0), Unit("ms")]
     period: Annotated[float, Gt(0), Unit("ms")]
     deadlines: Annotated[tuple[float, ...], Len(1)]
-    budgets: tuple[float, ...]
     fixed: tuple[str, ...]
     steered: tuple[str, ...]
     ahead: tuple[str, ...]
@@ -288,29 +285,6 @@ def confirm_steering(measured: xr.Dataset, verdict: xr.Dataset, first: int) -> x
     )
 
 
-@checked
-def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
-    """For each deadline [ms] and budget of work [µJ]: the best fixed and the best steered policy
-    that keep to it, in %.
-    """
-    rows = []
-    for deadline, budget in product(measured["deadline"].values, comparison.budgets):
-        one = measured.sel(deadline=deadline)
-        mean, work = 100 * one["accuracy"].mean("set"), one["work"].mean("set")
-        row: list[Any] = [float(deadline), budget]
-        for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
-            names = [str(name) for name in measured["policy"].values if name in listed]
-            right = {
-                name: float(mean.sel(policy=name))
-                for name in names
-                if float(work.sel(policy=name)) <= budget
-            }
-            best = max(right, key=right.__getitem__, default="none")
-            row += [best, right.get(best, np.nan)]
-        rows.append(row)
-    return rows
-
-
 CONTEST_LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"
     " them known to an ideal observer that also knows what its own body did, so that its answers"
@@ -405,15 +379,6 @@ def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest)
         "Chosen on sets of even number, judged on the others. Steering pays where it gains at"
         f" least {comparison.gain:g} points and the interval excludes 0. One set to judge on gives"
         " no interval, and so no verdict: ask for four sets or more.",
-    )
-    section.table(
-        ["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"],
-        [
-            ["no policy" if cell == "none" else "–" if cell != cell else cell for cell in row]
-            for row in judge_energy(measured, comparison)
-        ],
-        "Among policies whose mean work until then keeps to the budget; “no policy”: all need"
-        " more.",
     )
 
 
