@@ -78,10 +78,6 @@ class DesignTask(Task):
                 f"seeds must name optimiser, test and final; {min(missing)} lacks."
             )
 
-    def at(self, speed: float | None) -> "DesignTask":
-        """The task at one speed of a design's own, if it has one."""
-        return self if speed is None else self.replace(speeds=(speed,))
-
     def draw_classes(self, antenna: Antenna, purpose: str, speed: float) -> list[Trial]:
         """The touches for one purpose, class by class, ``train`` before ``test`` ones."""
         each = self.train + self.test
