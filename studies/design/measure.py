@@ -75,11 +75,9 @@ def describe(found, space) -> dict:
     }
 
 
-def run_spline(journals: Path, part: str = "") -> dict:
+def run_spline(journals: Path) -> dict:
     made = {}
     for seed in SEEDS:
-        if part and int(part) != seed:
-            continue
         found = optimise(
             PLAN.task,
             PLAN.space,
@@ -99,11 +97,9 @@ def run_spline(journals: Path, part: str = "") -> dict:
     return made
 
 
-def run_family(journals: Path, part: str = "") -> dict:
+def run_family(journals: Path) -> dict:
     made: dict[str, Any] = {}
     for noise, (task, constraints) in FAMILIES.items():
-        if part and part != noise:
-            continue
         reference = score(PLAN.reference, task, "optimiser", workers=1)
         made[noise] = {
             "paper": {"bits": reference.bits, "errors": reference.errors},
@@ -148,7 +144,7 @@ def run_family(journals: Path, part: str = "") -> dict:
     return made
 
 
-def run_final(journals: Path, part: str = "") -> dict:
+def run_final(journals: Path) -> dict:
     known = load("spline")
     paper = score(PLAN.reference, FINAL, "final", workers=1)
     found: dict[str, Any] = {
@@ -185,7 +181,7 @@ def run_final(journals: Path, part: str = "") -> dict:
     return found
 
 
-def run_sensors(journals: Path, part: str = "") -> dict:
+def run_sensors(journals: Path) -> dict:
     chosen = {name: cockroach(name) for name in ("exponential", "linear", "uniform", "matched")}
     splines = [PLAN.space.build(np.array(one["x"])).antenna for one in load("spline").values()]
     told = [score(one, PLAN.task, "test", workers=1).bits for one in splines]
@@ -275,12 +271,9 @@ def main() -> None:
     asked.add_argument("--journals", type=Path, default=Path("build/design"))
     given = asked.parse_args()
     given.journals.mkdir(parents=True, exist_ok=True)
-    for part in given.parts:
-        name, _, which = part.partition(":")
-        made = PARTS[name](given.journals, which)
-        if not which:  # parts of parts only fill the journals
-            known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-            keep(known | {name: made})
+    for name in given.parts:
+        known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+        keep(known | {name: PARTS[name](given.journals)})
 
 
 if __name__ == "__main__":
