@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
@@ -15,7 +14,6 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.analysis import INDICES, compute_dispersion
 from feeler.antenna import Antenna
 from feeler.decoding import Relative, compute_sweep
-from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting import PALETTE, say_clock, style, write_movie
@@ -51,7 +49,6 @@ from paper.scale import Scale
 # robot.
 
 _RELEASE = 2000.0  # ms
-_MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
 
 
 @lru_cache(maxsize=1)
@@ -97,8 +94,8 @@ def simulate(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> S
         ``fit``, p1 and p2 fitted to that; ``simulated_release``, angles (hinge, time) of the fitted
         model. Of all surrogate robots: ``by_size`` scores for each reality gap of ``sizes``; at one
         gap ``score``, ``by_variants`` trained on the nominal model and as many random ones
-        (``variants``), ``by_shots`` trained with as many touches of the robot itself (``shots``),
-        and ``early``, the streaming decoder.
+        (``variants``), and ``by_shots`` trained with as many touches of the robot itself
+        (``shots``).
     """
     training = make_training(engine=engine)
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
@@ -130,7 +127,6 @@ def simulate(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> S
         ),
         shots=effort.shots,
         by_shots=tuple(_score_shots(training, effort, seed, engine)),
-        early=_measure_early(training, varied, read[1.0]),
     )
 
 
@@ -177,19 +173,6 @@ def _score_shots(
         return []
     robots = draw_robots(1.0, effort.shot_robots, seed + 1)
     return sweep_shots(training, effort.shots, robots, engine=engine)
-
-
-def _measure_early(
-    training: Touches, varied: Touches | None, read: Sequence[Touches]
-) -> xr.Dataset:
-    decoder = StreamDecoder().fit(training.motions, training.labels)
-    if varied is not None:
-        others = varied.take(np.arange(len(training.labels), len(varied.labels)))
-        decoder.temper(others.motions, others.labels)
-    motions = [motion for touches in read for motion in touches.motions]
-    return measure_early_accuracy(
-        decoder, motions, [label for t in read for label in t.labels], _MOMENTS
-    )
 
 
 # The eight-segment model, compared by speed and by stiffness profile as the insect's is.
@@ -478,8 +461,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
             "by_variants": [score.share("all") for score in data.by_variants],
             "shots": data.shots,
             "by_shots": [score.share("all") for score in data.by_shots],
-            "early": data.early.accuracy.values,
-            "since_contact": data.early.since_contact.values,
         },
     )
     _write_movie(section, data)

@@ -32,7 +32,7 @@ LIBRARIES = {
     "active": ("gymnasium",),
     "notebook": ("anywidget",),
     "cluster": ("dask", "distributed"),
-    "design": ("cma", "pysensors"),
+    "design": ("cma",),
     "parquet": ("pyarrow",),
 }
 CALLS = [

@@ -295,7 +295,6 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace") -> F
             time,
             (savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace),
             floor=float(np.clip(4 * noise, 1e-3, 0.2)),
-            fit=False,
         )
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
