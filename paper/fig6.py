@@ -287,8 +287,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
     _plot_layout(a[0])
-    _plot_channels(data.raw, a[1], "capacitance [pF]")
-    _plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
+    _plot_channels("ii", data.raw, a[1], "capacitance [pF]")
+    _plot_channels("iii", data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
     mark_panels(a[0], "a")
     b = rows[1].subplots(1, 2)
     _plot_release(data, b[0])
@@ -299,7 +299,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         data.touches.values[slow_ball],
     )
     limit = float(np.rad2deg(max(np.abs(angle).max() for angle in tensors)))
-    for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
+    names = ("simulation", "surrogate (a iv)")
+    for ax, angle, name in zip(pair, tensors, names, strict=True):
         plot_tensor(angle, ax, name, limit)
     rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
     mark_panels(pair[0], "d")
@@ -317,16 +318,20 @@ def _plot_layout(ax: Axes) -> None:
         ax.plot(x, 0, "o", color=colour)
         ax.text(x, 7.0, str(k + 1), color=colour, ha="center", fontsize=7)
     ax.set(
-        xlabel="from hinge 1 [mm]", yticks=[], ylim=(-7, 14), aspect="equal", title="8 hinges"
+        xlabel="from hinge 1 [mm]",
+        yticks=[],
+        ylim=(-7, 14),
+        aspect="equal",
+        title="(i) 8 hinges",
     )
 
 
-def _plot_channels(recording: Recording, ax: Axes, label: str) -> None:
+def _plot_channels(part: str, recording: Recording, ax: Axes, label: str) -> None:
     """Channels over time, coloured from base to tip."""
     values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
     for channel, colour in zip(values, pick_shades("hinge", len(values)), strict=True):
         ax.plot(recording.time, channel, lw=0.6, color=colour)
-    ax.set(xlabel="time [ms]", ylabel=label, title=recording.source)
+    ax.set(xlabel="time [ms]", ylabel=label, title=f"({part}) {recording.source}")
 
 
 def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
@@ -444,7 +449,8 @@ def show(data: SimpleNamespace, section: Section) -> None:
     interval = " (one robot)" if one else f" (95 % CI {100 * low:.0f} to {100 * high:.0f} %)"
     section.figure(
         "fig6_robot",
-        "a: surrogate robot, a ball at the tip at 0.027 m/s, hinges in the colours of the left. b:"
+        "a: surrogate robot, a ball at the tip at 0.027 m/s: layout, the hinges' colours (i), raw"
+        " readout (ii), hinge angles (iii), tensor (iv, in d). b:"
         f" impulse response; fitted p1 = {data.fit.stiffness_factor:.2f}, p2 ="
         f" {data.fit.damping_factor:.2f} ms (the paper's robot: 1.19, 2.06; the surrogate has"
         " parameters of its own, and the linear model does not meet it fully). c: the training set."
