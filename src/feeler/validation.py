@@ -9,7 +9,7 @@ import math
 import os
 import sys
 import types
-from collections.abc import Callable, Collection, Iterable, Mapping, Sized
+from collections.abc import Callable, Collection, Iterable, Mapping, Set, Sized
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -39,6 +39,14 @@ _TYPES: dict[Any, tuple[type, ...]] = {
     bool: (bool,),
     str: (str,),
 }
+_UNLISTED = (
+    str,
+    bytes,
+    bytearray,
+    memoryview,
+    Mapping,
+    Set,
+)  # what goes through, but is no list
 _LONG = 8  # of a longer list, a message shows the item that is wrong
 _ITEMS = 1000  # of a long sequence among arguments, the first so many are read
 _GREATEST = sys.float_info.max
@@ -138,7 +146,7 @@ class _Items:
 
     def read(self, value: Any) -> Any:
         """The items in a collection of the annotated kind; the argument itself."""
-        listed = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
+        listed = isinstance(value, Iterable) and not isinstance(value, _UNLISTED)
         own = self.given or bool(self.readers) or isinstance(value, self.kind | np.ndarray)
         if not (own and (isinstance(value, Mapping) if self.mapping else listed)):
             raise FieldError
@@ -147,7 +155,7 @@ class _Items:
         found = value.items() if self.mapping else value
         if hasattr(value, "__array__"):
             found = np.asarray(value)
-            if found.ndim == 0:
+            if found.ndim == 0 or np.ma.is_masked(value):
                 raise FieldError
         items = [*(itertools.islice(found, _ITEMS) if self.given else found)]
         if not self.sizes[0] <= len(items) <= self.sizes[1]:
@@ -190,7 +198,7 @@ class _Array:
         kind = "numbers" if self.given else _WORDS.get(self.dtype, ("", "values"))[1]
         array = value
         try:
-            if value is None or isinstance(value, str | bytes | Mapping):
+            if value is None or isinstance(value, _UNLISTED) or np.ma.is_masked(value):
                 raise TypeError
             if not self.given:
                 array = freeze(value, self.dtype)
@@ -266,8 +274,9 @@ class Rules:
                 try:
                     found[key] = read(given[key])
                 except FieldError as error:
-                    long = isinstance(given[key], Sized) and len(given[key]) > _LONG
-                    shown = (long and error.shown) or show(_unwrap(given[key]))
+                    listed = error.shown and isinstance(given[key], Sized)
+                    long = listed and len(given[key]) > _LONG
+                    shown = error.shown if long else show(_unwrap(given[key]))
                     words = f"{error}" or f"must be {_say_rules(self.hints[key])}, got {shown}"
                     said = InvalidInput(f"{self._name}{self._sign}{key} {words}.")
                     said.subject = self._name
