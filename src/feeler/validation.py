@@ -9,7 +9,7 @@ import math
 import os
 import sys
 import types
-from collections.abc import Callable, Collection, Iterable, Mapping, Set, Sized
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -138,6 +138,7 @@ class _Items:
 
     def __init__(self, kind: Any, inner: tuple, beside: list[Any], given: bool) -> None:
         self.given, self.mapping = given, issubclass(kind, Mapping)
+        self.unlike = (*_UNLISTED, *((set, frozenset) if issubclass(kind, Sequence) else ()))
         own = dict if self.mapping else tuple
         self.kind = own if inspect.isabstract(kind) else kind
         self.fixed = kind is tuple and bool(inner) and Ellipsis not in inner
@@ -146,7 +147,7 @@ class _Items:
 
     def read(self, value: Any) -> Any:
         """The items in a collection of the annotated kind; the argument itself."""
-        listed = isinstance(value, Iterable) and not isinstance(value, _UNLISTED)
+        listed = isinstance(value, Iterable) and not isinstance(value, self.unlike)
         own = self.given or bool(self.readers) or isinstance(value, self.kind | np.ndarray)
         if not (own and (isinstance(value, Mapping) if self.mapping else listed)):
             raise FieldError
