@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from feeler.objects.trials import LOCATIONS
-from feeler.records import Ge, Gt, Record, Registry, Unit
+from feeler.records import Ge, Gt, Record, Registry
 
 if TYPE_CHECKING:
     from feeler.decoding.sweeps import Plan
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 SCALES: Registry["Scale"] = Registry("scale")
 _Count = Annotated[int, Ge(1)]
 _Number = Annotated[int, Ge(0)]
-Speed = Annotated[float, Gt(0), Unit("mm/ms")]
 
 
 class Scale(Record):
@@ -50,16 +49,12 @@ class Scale(Record):
         Bootstrap draws.
     refits : int
         Trust-region steps of the refit to each draw; 0 makes one linear step.
-    impact_speeds : tuple[float, ...]
-        Speeds [mm/ms] of the impulse whose effect on the deflection ratios is shown.
     wall_part : str
         Part of the family of set-ups that declared.toml declares; empty: all of it.
     drives : int | None
         How many profiles a wall comes nearer to without stopping; None: all.
     far_slides : int | None
         How many profiles a wall slides past at every distance; None: all.
-    followers : int | None
-        How many profiles a body follows a wall with; None: all.
     finished : int | None
         Of the restarts of other numbers of bases than three, those that go on past a third of the
         iterations, by their loss then; None: all.
@@ -125,13 +120,11 @@ class Scale(Record):
     error_places: _Number = 9
     draws: _Count = 100
     refits: _Number = 4
-    impact_speeds: tuple[Speed, ...] = (0.1, 0.2, 0.4, 0.6)
 
     # wall
     wall_part: str = ""
     drives: _Number | None = None
     far_slides: _Number | None = None
-    followers: _Number | None = None
 
     # encoder
     ranks: tuple[_Count, ...] = (2, 3, 4, 5)  # [P]
@@ -316,11 +309,9 @@ QUICK = Scale(
     error_places=0,
     draws=200,
     refits=0,
-    impact_speeds=(0.2, 0.6),
     wall_part="quick",
     drives=3,
     far_slides=1,
-    followers=1,
     durations=(10, 40, 60),
     restarts=1,
     side_restarts=1,
@@ -357,11 +348,9 @@ _SMOKE = QUICK.replace(
     shapes=("ball", "box"),
     fps=3,
     draws=50,
-    impact_speeds=(),
     wall_part="smoke",
     far_slides=0,
     drives=1,
-    followers=0,
     ranks=(2, 3),
     durations=(),
     max_iter=5,

@@ -5,7 +5,7 @@ nonsense.
 import numpy as np
 import pytest
 
-from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
+from feeler.decoding.streams import StreamDecoder
 from feeler.errors import InvalidInput
 from feeler.robot.stream import Link, _parse_sample, read_samples
 from feeler.tensors.formats import _read_model, describe_file, find_problems, save_model
@@ -158,14 +158,14 @@ def test_a_missing_channel_is_passed_over():
     assert _decoder().replay(touch)[-1].label == LABELS[2]
 
 
-def test_early_accuracy_rises_where_the_classes_part():
-    early = measure_early_accuracy(_decoder(), TOUCHES, LABELS, [0, 20, 200])
-    assert early.accuracy[0] <= 2 / 3 and early.accuracy[-1] == 1
-    assert early.decided[0] == 0 and early.decided[-1] == 1
-    assert np.isnan(early.decided_right[0]) and early.decided_right[-1] == 1
-    assert early.noticed == 1
-    still = measure_early_accuracy(_decoder(), [np.zeros((3, 100))], LABELS[:1], [10])
-    assert still.noticed == 0 and still.accuracy[0] == 0
+def test_what_is_decided_early_becomes_right_where_the_classes_part():
+    decoder = _decoder()
+    early, late = (decoder.decide([*TOUCHES, np.zeros((3, 100))], until=ms) for ms in (0, 200))
+    assert np.isnan(late[-1]).all()  # nothing was felt
+    right = [LABELS.index(label) for label in decoder.classes_.tolist()]
+    late, early = late[:-1][:, np.argsort(right)], early[:-1].max(axis=1)
+    assert late.argmax(axis=1).tolist() == [*range(len(TOUCHES))]
+    assert (early < decoder.threshold).all() and (np.diag(late) >= decoder.threshold).all()
 
 
 def test_tempering_makes_it_as_sure_as_it_is_right():

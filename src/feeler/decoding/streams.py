@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from scipy.special import logsumexp
 from sklearn.utils.validation import check_is_fitted
 
@@ -299,54 +298,6 @@ class Stream:
             strangeness=self.strangeness,
             mirrored=self.mirrored,
         )
-
-
-def measure_early_accuracy(
-    decoder: Any, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int]
-) -> xr.Dataset:
-    """Replay touches and score the answers at moments after contact.
-
-    Parameters
-    ----------
-    decoder
-        A fitted ``StreamDecoder``.
-    X, y
-        Touches (sensor, time) of any durations, with one label each.
-    moments
-        Samples since contact was noticed.
-
-    Returns
-    -------
-    xarray.Dataset
-        By moment (since_contact): ``accuracy``, the share of touches whose most probable class is
-        right; ``decided``, the share that is decided; ``decided_right``, the share right among
-        those, NaN where none is. And ``noticed``, the share of touches in which contact was noticed
-        at all; the others count as wrong.
-    """
-    at = np.asarray(moments, dtype=int)
-    right, decided = np.zeros((2, len(X), at.size), dtype=bool)
-    noticed = 0
-    for k, (touch, label) in enumerate(zip(X, y, strict=True)):
-        states = [state for state in decoder.replay(touch) if state.since_contact >= 0]
-        noticed += bool(states)
-        for j, moment in enumerate(at):
-            if states:
-                state = states[min(moment, len(states) - 1)]
-                right[k, j] = state.label == label
-                decided[k, j] = state.probability >= decoder.threshold
-    count = decided.sum(axis=0)
-    with np.errstate(invalid="ignore"):
-        decided_right = np.where(count > 0, (right & decided).sum(axis=0) / count, np.nan)
-    found = {
-        "accuracy": right.mean(axis=0),
-        "decided": decided.mean(axis=0),
-        "decided_right": decided_right,
-    }
-    return xr.Dataset(
-        {name: ("since_contact", values) for name, values in found.items()}
-        | {"noticed": noticed / len(X)},
-        {"since_contact": at},
-    )
 
 
 # Online novelty detection: whether it is, so far, unlike any touch that was learned.
