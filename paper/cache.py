@@ -22,7 +22,7 @@ from feeler.robot.decoder import find_cache
 USED = "used"
 """Name of a section's file that lists which results it used."""
 SOURCES = "sources.csv"
-RESULTS = 2
+RESULTS = 3
 """Raised by hand when a cached function gives other numbers and the physics stays."""
 _NEVER_MATTER = ("workers", "known")  # arguments that change no number
 _used: list[dict[str, Any]] = []  # of the section that this process makes

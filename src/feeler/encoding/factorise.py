@@ -446,14 +446,15 @@ def _walk(data: Data, state: _State, settings: Settings, run: Callable) -> Itera
 
     Under a sparseness each iteration begins a little further along the last one's change, a little
     further each time. Where this raises the loss, the iteration counts for nothing, and the next
-    begins where the last one ended (Ang & Gillis 2019).
+    begins where the last one ended (Ang & Gillis 2019). After a few of them a fit with the bases
+    where ``_slide_bases`` puts them goes on beside this one, and in its place if it then is ahead;
+    it is left where its second iteration shows that it will not catch up.
     """
     before, weight, most, count = None, _FIRST_WEIGHT, 1.0, 0
+    there, lag = None, list[float]()
     while True:
         if settings.sparseness is not None and count in _SLIDES:
-            path = _try_slide(data, state, settings, run)
-            yield from path
-            state, before, weight = (path or [state])[-1], None, _FIRST_WEIGHT
+            there, lag = _slide(data, state, settings, run), []
         start = state if before is None else _extrapolate(before, state, weight, settings)
         new = _iterate(data, start, settings, run)
         if new.loss > state.loss and before is not None:
@@ -464,6 +465,13 @@ def _walk(data: Data, state: _State, settings: Settings, run: Callable) -> Itera
             )
             state, most = new, min(1.0, 1.01 * most)
             weight = min(most, 1.05 * weight)
+        if there is not None:
+            there = _iterate(data, there, settings, run)
+            lag.append(there.loss - state.loss)
+            if len(lag) == _TRIAL and lag[-1] < 0:
+                state, before, weight = there, None, _FIRST_WEIGHT
+            hopeless = len(lag) == 2 and lag[1] > max(_HOPELESS * lag[0], 0.0)
+            there = None if hopeless or len(lag) == _TRIAL else there
         count += 1
         yield state
 
@@ -476,28 +484,16 @@ def _extrapolate(before: _State, state: _State, weight: float, settings: Setting
     return replace(state, components=np.maximum(components, 0), activations=activations)
 
 
-def _try_slide(data, state, settings, run) -> list[_State]:
-    """A few iterations with the bases where they are and, if it ends lower, the end of as many with
-    the bases where ``_slide_bases`` puts them; none where there is nowhere to go. Where the second
-    iteration shows that those elsewhere will not catch up, they are left.
-    """
+def _slide(data: Data, state: _State, settings: Settings, run: Callable) -> _State | None:
+    """The state with its bases where ``_slide_bases`` puts them; None where they are there."""
     filled = data.fill(state.components, state.activations)
     moved = _slide_bases(filled, state.components, state.activations, run)
     if moved is None:
-        return []
-    components, activations = moved
-    _constrain(activations, settings)
-    there = replace(
-        state, components=components, activations=activations, steps=np.ones_like(state.steps)
+        return None
+    _constrain(moved[1], settings)
+    return replace(
+        state, components=moved[0], activations=moved[1], steps=np.ones_like(state.steps)
     )
-    stay, lag = [state], []
-    for _ in range(_TRIAL):
-        stay.append(_iterate(data, stay[-1], settings, run))
-        there = _iterate(data, there, settings, run)
-        lag.append(there.loss - stay[-1].loss)
-        if len(lag) == 2 and lag[1] > max(_HOPELESS * lag[0], 0.0):
-            return stay[1:]
-    return [*stay[1:-1], min(stay[-1], there, key=lambda end: end.loss)]
 
 
 def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _State:

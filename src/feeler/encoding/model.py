@@ -84,9 +84,9 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
     The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it. The activations take projected-gradient
     steps with Hoyer's exact projection, row by row, in single precision; a step is accepted only if
     the loss falls. Then, in double precision, each entry of the bases goes to its best value. An
-    iteration begins further along the last one's change. After 5, 10, 20 and 40 of them each basis
-    is tried where a wider window of lags says that its pattern begins, and stays there if five
-    iterations end lower. No trial runs into the next.
+    iteration begins further along the last one's change. After 5, 10, 20 and 40 of them a fit whose
+    bases are where a wider window of lags says that their patterns begin goes on beside, and in its
+    place if it is ahead after five iterations. No trial runs into the next.
 
     Parameters
     ----------
