@@ -379,7 +379,7 @@ def test_no_hinge_turns_by_more_than_half_a_turn(tmp_path, unit, most, said):
 
 
 def test_absent_channels_that_may_be_hinges_or_sensors_are_refused(tmp_path):
-    """Of sensors on hinges 2, 3, 4 and 6 the columns 2, 3 may be the first two or the middle two."""
+    """With sensors on hinges 2, 3, 4 and 6, columns 2 and 3 may be the first or the middle two."""
     path, how = (
         tmp_path / "r.csv",
         {"n_channels": 4, "hinges": (2, 3, 4, 6), "bad_channels": "missing"},
