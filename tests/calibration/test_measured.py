@@ -3,6 +3,7 @@ under the microscope; one antenna fitted to all.
 """
 
 import csv
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -176,6 +177,30 @@ def test_force_and_deflection_are_a_cantilevers(tmp_path, radii, at):
     found = fit_measurements([Measurements(forces=curves)], guess)
     assert 700 * found.p[0] == pytest.approx(2000, rel=0.01)
     assert found.names == ("stiffness",) and "release" in found.held["damping"]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_loads_at_several_places_keep_their_signs(tmp_path, sign):
+    """Nearer to the base less way takes more force, so that over all places forces fall with the
+    deflection though within each they rise; the stiffness is that of the closed form.
+    """
+    guess = Antenna.from_beam(length=40.0, radius=0.1, modulus=700.0, density=1.1e-3)
+    rows = [
+        (at, moved, sign * 3 * 2000 * np.pi / 4 * 1e-4 * moved / at**3)
+        for at in (10.0, 20.0, 38.0)
+        for moved in np.linspace(0, 2e-4 * at**2, 8)
+    ]
+    assert sign * np.cov(np.transpose(rows)[1:])[0, 1] < 0
+    np.savetxt(
+        tmp_path / "f.csv", rows, "%.9g", ",", header="at_mm,deflection_mm,force_N", comments=""
+    )
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        curves = load_forces(tmp_path / "f.csv")
+    assert ["opposite sign" in str(one.message) for one in said] == [True] * (sign < 0)
+    found = fit_measurements([Measurements(forces=curves)], guess)
+    assert 700 * found.p[0] == pytest.approx(2000, rel=0.01)
+    assert found.p[1] == pytest.approx(0, abs=0.02)  # no tilt
 
 
 @pytest.mark.parametrize(("factor", "asked"), [(1 / 160, True), (1 / 20, False), (1e3, True)])

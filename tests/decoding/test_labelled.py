@@ -6,6 +6,7 @@ import xarray as xr
 
 from feeler.analysis import compute_dispersion, compute_energy, compute_information
 from feeler.decoding import (
+    IdealObserver,
     PrincipalComponents,
     StreamDecoder,
     make_codes,
@@ -18,6 +19,7 @@ from feeler.decoding.network import TouchNetwork
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF
 from feeler.errors import InvalidInput
+from feeler.tensors import in_unit
 
 NETWORK = TouchNetwork((16, 40), max_epochs=2)
 WITH_NAMES = [make_lda(3), make_svm(3), NETWORK]
@@ -146,3 +148,17 @@ def test_dims_in_another_order_are_put_in_theirs_or_refused(touches):
         refuse(turned)
         with pytest.raises(InvalidInput, match=r"got \(time, sensor, trial\); transpose it"):
             refuse(touches.transpose("time", "sensor", "trial"))
+
+
+def test_tensors_in_another_unit_than_those_that_were_learned_are_refused(touches):
+    """In degrees all are 57 times as large; put back into radians they are answered as before."""
+    labels = list(touches["feature"].values)
+    turns = touches.assign_attrs(units="rad")
+    degrees = np.rad2deg(turns).assign_attrs(units="deg")
+    for decoder in (make_lda(3), IdealObserver(noise="common:0.01")):
+        wanted = decoder.fit(turns, labels).predict_proba(turns)
+        for ask in (decoder.predict, decoder.predict_proba):
+            with pytest.raises(InvalidInput, match=r"learned tensors in rad, these are in deg"):
+                ask(degrees)
+        np.testing.assert_allclose(decoder.predict_proba(in_unit(degrees, "rad")), wanted)
+        assert decoder.predict(touches.values).tolist() == labels  # an array says no unit

@@ -376,3 +376,20 @@ def test_no_hinge_turns_by_more_than_half_a_turn(tmp_path, unit, most, said):
     nearly = _write(tmp_path, _header(n=2), [[0, 179, 0], [1, -179, 0]])
     turned = np.rad2deg(load_recording(nearly, n_channels=2).values[0])
     np.testing.assert_allclose(turned, [179, -179])
+
+
+def test_absent_channels_that_may_be_hinges_or_sensors_are_refused(tmp_path):
+    """With sensors on hinges 2, 3, 4 and 6, columns 2 and 3 may be the first or the middle two."""
+    path, how = (
+        tmp_path / "r.csv",
+        {"n_channels": 4, "hinges": (2, 3, 4, 6), "bad_channels": "missing"},
+    )
+    for names, there in (((2, 3), None), ((2, 6), [0, 3]), ((1, 3), [0, 2]), ((4, 3), None)):
+        columns = ",".join(f"hinge{n}_deg" for n in names)
+        path.write_text(f"time_ms,{columns}\n0,1,2\n1,3,4\n")
+        if there is None:
+            with pytest.raises(InvalidInput, match="numbers of hinges or of sensors"):
+                load_recording(path, **how)
+            continue
+        found = load_recording(path, **how)
+        assert np.flatnonzero(np.isfinite(found.values).all(axis=1)).tolist() == there

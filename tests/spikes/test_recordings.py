@@ -9,7 +9,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.spikes import (
     CAMPANIFORM,
     Population,
@@ -113,8 +113,12 @@ def test_a_folder_that_is_not_phy_s_and_onsets_in_seconds_are_named(tmp_path):
     with pytest.raises(InvalidInput, match=r"lacks spike_times\.npy"):
         read_trains(tmp_path)
     long = {"1": np.arange(100.0, 300_000.0, 40.0)}
-    with pytest.raises(InvalidInput, match="are the onsets in s"):
-        cut_trains(long, [0.5, 1.2, 1.9])
+    for apart in (0.7, 2.0, 20.0):  # s between trials, as they are in ms if named so
+        with pytest.raises(InvalidInput, match="are the onsets in s"):
+            cut_trains(long, 0.5 + apart * np.arange(3))
+        assert cut_trains(long, 500.0 + 1e3 * apart * np.arange(3)).sizes["trial"] == 3
+    with pytest.warns(ModelValidityWarning, match="after the last spike count as silent"):
+        cut_trains(long, [5000.0, 310_000.0])
     with pytest.raises(InvalidInput, match="onsets must rise"):
         cut_trains(long, [5.0, 4.0])
 

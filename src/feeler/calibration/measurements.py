@@ -248,14 +248,6 @@ def load_forces(
                 " in mm (at=), or a column at_mm."
             )
         places = np.full(len(table.values), at)
-    if np.cov(deflection, force)[0, 1] < 0:
-        warnings.warn(
-            "forces fall as the deflection grows: taken with the opposite sign, as those of the"
-            " antenna on the load cell.",
-            ModelValidityWarning,
-            stacklevel=2,
-        )
-        force = -force
     who = np.full(len(places), name or Path(path).stem)
     if "animal" in table.columns:
         who = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)["animal"]
@@ -264,17 +256,34 @@ def load_forces(
             raise InvalidInput(
                 f"{table.source}: no animal {name!r}; there are {', '.join(dict.fromkeys(who))}."
             )
+    masks = {
+        (str(animal), float(place)): (who == animal) & (places == place)
+        for animal, place in sorted({*zip(who, places, strict=True)})
+        if name in ("", animal)
+    }
+    # within a curve: a load nearer to the base moves less and takes more force
+    falling = [
+        mine
+        for mine in masks.values()
+        if (deflection[mine] - deflection[mine].mean()) @ force[mine] < 0
+    ]
+    if falling:
+        warnings.warn(
+            "forces fall as the deflection grows: taken with the opposite sign, as those of the"
+            " antenna on the load cell.",
+            ModelValidityWarning,
+            stacklevel=2,
+        )
+        force = np.where(np.any(falling, axis=0), -force, force)
     return tuple(
         ForceCurve(
             deflection=deflection[mine],
             force=force[mine],
-            at=float(place),
-            name=str(animal),
+            at=place,
+            name=animal,
             source=table.source,
         )
-        for animal, place in sorted({*zip(who, places, strict=True)})
-        if name in ("", animal)
-        for mine in [(who == animal) & (places == place)]
+        for (animal, place), mine in masks.items()
     )
 
 

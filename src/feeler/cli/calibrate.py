@@ -219,6 +219,8 @@ def _fit_data(said: SimpleNamespace, antenna: Any) -> None:
         *_say_modulus(said.antenna, fit),
         *(
             f"{name}: {left:.2g} of its largest value is left"
+            + " (much: does it begin before contact, or slip?)"
+            * ("force" in name and left > 0.05)
             for name, left in fit.residual.items()
         ),
     ]

@@ -380,6 +380,7 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """
         if isinstance(y, Sequence | np.ndarray) and np.ndim(X) == 3:
             check_labels(X, y)
+        self._units = getattr(X, "attrs", {}).get("units")
         self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Classifier] = {}
         self.shape_ = _get_shape(self._taught[0])
@@ -398,6 +399,12 @@ class Classifier(ClassifierMixin, BaseEstimator):
             raise InvalidInput(
                 f"the classifier learned tensors of {known[0]} sensors × {known[1]} samples, got"
                 f" {given[0]} × {given[1]}. Give it touches of the same sensors and window."
+            )
+        units, learned = getattr(X, "attrs", {}).get("units"), getattr(self, "_units", None)
+        if units and learned and units != learned:
+            raise InvalidInput(
+                f"the classifier learned tensors in {learned}, these are in {units}. Take them in"
+                f" one unit: feeler.tensors.in_unit(X, {learned!r})."
             )
 
     def _look(self, X: Any, until: float | None) -> tuple["Classifier", Any]:

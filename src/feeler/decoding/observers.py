@@ -72,6 +72,7 @@ class _Told(Classifier):
         tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
         labels[:] = list(y)
         check_labels(tensors, y)
+        self._units = getattr(X, "attrs", {}).get("units")
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sort_classes(labels)

@@ -291,6 +291,13 @@ def _count_channels(
         sorted(numbers) == sorted(hinges)
         or (lenient and {*numbers} < {*hinges} and max(numbers) > len(hinges))
     )
+    own = [sorted(hinges).index(n) + 1 for n in numbers if n in hinges]
+    if lenient and not from_0 and not by_hinge and len(own) == len(numbers) and own != numbers:
+        raise InvalidInput(
+            f"channels {', '.join(map(str, numbers))} may be the numbers of hinges or of sensors,"
+            " which are others here. Leave absent channels in the table, empty, or name all in"
+            " order with joints=."
+        )
     if by_hinge:
         return [sorted(hinges).index(number) + 1 for number in numbers], False
     return [number + from_0 for number in numbers], from_0

@@ -5,6 +5,7 @@ compared with the model.
 import ast
 import os
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,7 +19,7 @@ from scipy.optimize import minimize
 from scipy.signal import coherence
 from scipy.special import xlogy
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.files import read_start, read_text
 from feeler.records import Choice, Gt, Shown
 from feeler.sandbox import open_guarded
@@ -292,7 +293,8 @@ def cut_trains(
         raise InvalidInput("onsets must rise, one for each trial [ms].")
     times = np.concatenate([np.asarray(train, dtype=float) for train in trains.values()])
     last = float(times.max()) if times.size else 0.0
-    if onset.size > 1 and np.median(np.diff(onset)) < 1.0 and last > 100 * onset[-1]:
+    # trials that overlap, all of them in the first hundredth of the session
+    if onset.size > 1 and np.median(np.diff(onset)) < before + after and last > 100 * onset[-1]:
         raise InvalidInput(
             f"the onsets end at {onset[-1]:.4g} ms, the spikes at {last:.4g} ms: are the onsets in"
             " s? Multiply them by 1000."
@@ -301,6 +303,12 @@ def cut_trains(
         raise InvalidInput(
             f"the first onset, {onset[0]:.4g} ms, is after the last spike, {last:.4g} ms. Are they"
             " on the same clock, and both in ms?"
+        )
+    if late := int((onset > last).sum()):
+        text = "trials whose contact begins after the last spike count as silent."
+        warnings.warn(
+            ModelValidityWarning(text, f"Of {onset.size} onsets these are the last {late}."),
+            stacklevel=3,
         )
     if touches is not None:
         if touches.sizes["trial"] != onset.size:
