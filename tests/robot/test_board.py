@@ -14,7 +14,8 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.robot import load_recording
-from feeler.robot.stream import CLOCK, Link, frame_sample, read_samples, unwrap_clock
+from feeler.robot.stream import CLOCK, Link, read_samples, unwrap_clock
+from tests.robot._board import frame_sample
 
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
 VALUES = np.random.default_rng(0).integers(0, 1024, (60, 3))

@@ -17,11 +17,11 @@ from feeler.robot.stream import (
     CLOCK,
     WRAP,
     Link,
-    frame_sample,
     open_serial,
     read_lines,
     read_samples,
 )
+from tests.robot._board import frame_sample
 
 
 def send(count, first=0):

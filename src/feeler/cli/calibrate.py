@@ -199,6 +199,11 @@ def _fit_data(said: SimpleNamespace, antenna: Any) -> None:
     curves = [curve for file in tables for curve in load_forces(file, at=place)]
     traces, films = _load_releases(said, others) if others else (None, [])
     at = 0.25 * antenna.length if said.at is None else said.at
+    if not 0 < at < antenna.length:
+        raise InvalidInput(
+            f"--at must lie between the antenna's base and its tip at {antenna.length:.4g} mm, got"
+            f" {at:g} mm."
+        )
     protocol = Protocol(engine=said.engine, at=at, deflection=0.1 * at)
     aside = {film.name: film.match_protocol(antenna, protocol).deflection for film in films}
     names = dict.fromkeys(curve.name for curve in curves) if traces is None else traces.animals

@@ -166,11 +166,20 @@ def check(
 
     Also what would be repaired.
     """
-    from feeler.cli.robot_pages import describe_one, write_recordings
+    from feeler.cli.robot_pages import write_recordings
 
     robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
-    known = [describe_one(path.name, one) for path, one in zip(recordings, read, strict=True)]
+    known = [
+        {
+            "file": path.name,
+            "channels": one.n_sensors,
+            "duration_ms": float(one.time[-1]),
+            "source": one.source,
+            "history": list(one.history),
+        }
+        for path, one in zip(recordings, read, strict=True)
+    ]
     words = "{file}: {channels} channels, {duration_ms:g} ms, source {source}".format
     lines = [
         line for one in known for line in (words(**one), *(f"  {w}" for w in one["history"]))

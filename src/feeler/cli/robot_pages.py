@@ -113,12 +113,6 @@ def write_recordings(
     )
 
 
-def describe_one(name: str, one: Recording) -> dict[str, Any]:
-    """What ``feeler robot check`` says of a recording, as plain data."""
-    known = {"channels": one.n_sensors, "duration_ms": float(one.time[-1])}
-    return {"file": name, **known, "source": one.source, "history": list(one.history)}
-
-
 def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
     """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the
     fitted model moves it.

@@ -29,8 +29,8 @@ from feeler.cli.options import (
     EngineName,
     Json,
     report_interrupt,
+    say,
     say_adapted,
-    say_json,
     try_movie,
 )
 from feeler.errors import InvalidInput
@@ -197,12 +197,10 @@ def _fill(said: SimpleNamespace, antenna: Any, trials: list[Any]) -> None:
                 **_list_options(said),
             )
         finished, asked = tensors.sizes["trial"], len(trials)
-        if said.as_json:
-            say_json({"store": said.store, "finished": finished, "touches": asked})
-        else:
-            typer.echo(
-                f"{said.store}: {finished} of {asked} touches finished ({executor.describe()})"
-            )
+        words = f"{said.store}: {finished} of {asked} touches finished ({executor.describe()})"
+        say(
+            said.as_json, {"store": said.store, "finished": finished, "touches": asked}, [words]
+        )
 
 
 def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
@@ -242,16 +240,20 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     write_page(
         out / "touch.html", f"Simulated touch of the antenna '{antenna.name}'", lead, section
     )
-    if said.as_json:
-        _tell_machine(trial.label, known, error, out / "touch.html")
-        return
-    typer.echo(
-        f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm"
-    )
-    if adapted:
-        typer.echo(adapted)
     more = [*_VECTOR] * said.vector + ["movie.mp4"] * movie
-    typer.echo(f"wrote {out}/" + ", ".join(["touch.html", "tensor.nc", "tensor.png", *more]))
+    lines = [
+        f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm",
+        *([adapted] if adapted else []),
+        f"wrote {out}/" + ", ".join(["touch.html", "tensor.nc", "tensor.png", *more]),
+    ]
+    known["error"] = error, "1"
+    plain: dict[str, Any] = {
+        name.replace(" ", "_"): value for name, (value, _) in known.items()
+    }
+    units = {name.replace(" ", "_"): unit for name, (_, unit) in known.items()}
+    units["peak_hinge_angle"] = "deg"
+    plain |= {"touch": trial.label, "units": units, "page": out / "touch.html"}
+    say(said.as_json, plain, lines)
 
 
 def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
@@ -308,14 +310,3 @@ def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
         "peak curvature": (measure_peak(in_unit(tensors["curvature"], "1/mm")), "1/mm"),
         "peak force": (measure_peak(force), "mN"),
     }
-
-
-def _tell_machine(
-    label: str, facts: dict[str, tuple[float, str]], error: float, page: Path
-) -> None:
-    names = [name.replace(" ", "_") for name in facts]
-    values, units = zip(*facts.values(), strict=True)
-    plain = ["deg" if unit == "°" else unit for unit in units]
-    known = dict(zip(names, values, strict=True))
-    said = {**dict(zip(names, plain, strict=True)), "error": "1"}
-    say_json({"touch": label, **known, "error": error, "units": said, "page": page})

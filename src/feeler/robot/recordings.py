@@ -237,7 +237,12 @@ def load_recording(
     values = table.values[:, np.array(columns)[order]].T * factor
     if absent:
         values = np.insert(values, [n - 1 - k for k, n in enumerate(absent)], np.nan, axis=0)
-    _check_turn(table, values, kept, chosen)
+    most = np.fmax.reduce(np.abs(values), axis=None, initial=0.0)
+    if kept == "rad" and most > np.pi:
+        raise InvalidInput(
+            f"{table.source}: a hinge turns by {most / factor:.4g} {chosen}, more than half a turn."
+            " Is the unit right?"
+        )
     # columns that are neither time nor channels
     left = [
         f"{name} (text)" if name in table.words else name
@@ -460,15 +465,6 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
             " the columns hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
         )
     return chosen
-
-
-def _check_turn(table: Table, values: np.ndarray, kept: str, chosen: str) -> None:
-    most = np.fmax.reduce(np.abs(values), axis=None, initial=0.0)
-    if kept == "rad" and most > np.pi:
-        raise InvalidInput(
-            f"{table.source}: a hinge turns by {most / _UNITS[chosen][1]:.4g} {chosen}, more than"
-            " half a turn. Is the unit right?"
-        )
 
 
 def _read_source(table: Table) -> str:

@@ -37,12 +37,6 @@ _LAYOUT = (
 )
 
 
-def frame_sample(number: int, time: float, values: np.ndarray) -> str:
-    """One sample as a board sends it, without the end of the line."""
-    body = f"{number % WRAP},{time:.3f}," + ",".join(f"{value:.6g}" for value in values)
-    return f"${body}*{_sum(body):02X}"
-
-
 def unwrap_clock(time: np.ndarray) -> np.ndarray:
     """Times (sample,) [ms] that go on where a board's clock began anew.
 

@@ -638,9 +638,11 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
         f"by          {found.software or 'no tracker that is named'}",
         f"landmarks   {_list(found.names)}",
         f"frames      {found.position.shape[0]}, frame rate {rate}",
-        *_describe_animals(found),
-        *_describe_spans(found),
     ]
+    if len(found.individuals) > 1:
+        animals, first = _list(found.individuals), found.individuals[0]
+        lines.append(f"animals     {animals} (--individual chooses); said of {first}:")
+    lines += _describe_spans(found)
     lines += [f"{name:12}{text}" for name, text in found.notes.items()]
     return [*lines, f"next        {_suggest(path, found)}"]
 
@@ -648,13 +650,6 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
 def _list(names: tuple[str, ...]) -> str:
     more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
     return ", ".join(names[:_MAX_NAMES]) + more
-
-
-def _describe_animals(found: Found) -> list[str]:
-    if len(found.individuals) < 2:
-        return []
-    animals = _list(found.individuals)
-    return [f"animals     {animals} (--individual chooses); said of {found.individuals[0]}:"]
 
 
 def _describe_spans(found: Found) -> list[str]:
