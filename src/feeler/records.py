@@ -365,33 +365,27 @@ def _explain_arguments(init: Callable[..., None]) -> Callable[..., None]:
         try:
             init(self, *args, **kwargs)
         except TypeError:
-            words = _find_argument(type(self), args, kwargs)
-            if words:
-                found = InvalidInput(f"{type(self).__qualname__} {words}.")
-                found.subject = type(self).__qualname__
-                raise found from None
-            raise
+            known = {f.name: f for f in dataclasses.fields(self) if f.init}
+            by_place = [name for name, f in known.items() if not f.kw_only]
+            given = {*kwargs, *by_place[: len(args)]}
+            missing = [
+                name
+                for name, f in known.items()
+                if name not in given and (f.default is f.default_factory is dataclasses.MISSING)
+            ]
+            if unknown := [name for name in kwargs if name not in known]:
+                words = f"has no {unknown[0]!r}; valid: {', '.join(known)}"
+            elif len(args) > len(by_place):
+                words = f"takes its fields by name: {', '.join(known)}"
+            elif missing:
+                words = f"needs {', '.join(missing)}"
+            else:
+                raise
+            found = InvalidInput(f"{type(self).__qualname__} {words}.")
+            found.subject = type(self).__qualname__
+            raise found from None
 
     return __init__
-
-
-def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
-    """What is wrong with the arguments of a record; "" where they are its fields."""
-    known = [f for f in dataclasses.fields(cls) if f.init]
-    names = [f.name for f in known]
-    by_place = [f.name for f in known if not f.kw_only]
-    unknown = [name for name in kwargs if name not in names]
-    given = {*kwargs, *by_place[: len(args)]}
-    missing = [
-        f.name
-        for f in known
-        if f.name not in given and (f.default is f.default_factory is dataclasses.MISSING)
-    ]
-    if unknown:
-        return f"has no {unknown[0]!r}; valid: {', '.join(names)}"
-    if len(args) > len(by_place):
-        return f"takes its fields by name: {', '.join(names)}"
-    return f"needs {', '.join(missing)}" if missing else ""
 
 
 @functools.cache
