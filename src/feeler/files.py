@@ -90,7 +90,8 @@ def _open_regular(
     try:
         file = os.fdopen(os.open(path, os.O_RDONLY | flags), "rb")
     except (OSError, ValueError) as error:
-        known = {FileNotFoundError: "no such file", IsADirectoryError: "not a regular file"}
+        known: dict[type, str] = {FileNotFoundError: "no such file"}
+        known[IsADirectoryError] = "not a regular file"
         reason = known.get(type(error)) or getattr(error, "strerror", None) or error
         raise InvalidInput(f"cannot read {name!s}: {reason}. Check the path.") from error
     info = os.fstat(file.fileno())
