@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.calibration import fit_traces, make_synthetic_traces
+from feeler.calibration import fit_traces, make_synthetic_traces, predict_release
 from feeler.presets import cockroach
 
 PLANTED = (1.3, 0.8)  # factors on the preset's stiffness and damping that the fit has to find
@@ -31,11 +31,12 @@ def main(out: Path) -> None:
 
     figure = Figure(figsize=(5, 3.2), layout="constrained")
     ax = figure.subplots()
-    for recorded, simulated in zip(traces.displacement, found.simulated, strict=True):
-        (line,) = ax.plot(traces.time, recorded / recorded[0], ".", ms=3)
-        ax.plot(traces.time, simulated, color=line.get_color())
+    for name in traces.animals:
+        one = predict_release(traces.select(name), found.antenna)
+        (line,) = ax.plot(one.time, one.recorded[-1], ".", ms=3)
+        ax.plot(one.time, one.simulated[-1], color=line.get_color())
     ax.set(xlabel="time since release [ms]", ylabel="tip displacement [share of the first]")
-    ax.set_title("dots: synthetic recordings; lines: fits")
+    ax.set_title("dots: synthetic recordings; lines: their mean antenna")
     figure.savefig(out / "fit_a_recording.png", dpi=160)
 
 

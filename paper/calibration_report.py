@@ -2,11 +2,7 @@
 determined.
 """
 
-import csv
-from collections.abc import Callable, Mapping
-from importlib.resources import files
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
@@ -31,23 +27,9 @@ from paper.scale import Scale
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
 PAPER_ERROR = 0.067  # [P]
-_LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
 _WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])
 """[C] Typical changes along the loosest direction."""
 _FAMILIES = ("exponential", "linear", "uniform")
-
-_COMPARED = ("powell", "nelder-mead", "least-squares")
-KEPT_SEARCHES = "optimisers.csv"
-SEARCH_COLUMNS: dict[str, Callable[[str], Any]] = {
-    "method": str,
-    "start": int,
-    "evaluations": int,
-    "seconds": float,
-    "error": float,
-    "accuracy": float,
-}
-"""What each search of the comparison of optimisers says: number of the start, from 1; antennas
-simulated; processor time [s]; least error and its median symmetric accuracy."""
 
 
 def calibrate(
@@ -64,13 +46,11 @@ def calibrate(
     SimpleNamespace
         ``scores``: quantities, error and symmetric accuracy of the published constants, the shipped
         presets and every refit, by name. ``refits`` (:class:`~feeler.calibration.Fit` or None):
-        least squares from the perturbed starts. ``compared``: a row (``SEARCH_COLUMNS``) per
-        optimiser and start, ``kept`` from the benchmark or measured in this run. ``directions``
+        least squares from the perturbed starts. ``directions``
         (:class:`~feeler.calibration.EigenParameters`). ``walked``: parameters (step, parameter) and
         errors (step,) along the loosest direction from the published constants. ``profiles``
         (:class:`~feeler.calibration.Profiles` or None). ``draws``: bootstrapped parameters (draw,
-        parameter). ``ratios``: speed [mm/ms], lever [mm] and the published constants' deflection
-        ratios there.
+        parameter).
     """
     rng = np.random.default_rng(seed)
     antenna = cockroach() if antenna is None else antenna
@@ -80,12 +60,10 @@ def calibrate(
         return Problem(hinges=make_hinges(name, antenna), targets=targets, protocol=protocol)
 
     problem = make("exponential")
-    fits = (
-        run_methods(make, make_starts(problem.hinges, effort.fit_starts + 1, rng)[1:])
-        if effort.fit_starts
-        else {}
-    )
-    refits = fits.get("least-squares")
+    refits = None
+    if effort.fit_starts:
+        starts = make_starts(problem.hinges, effort.fit_starts + 1, rng)[1:]
+        refits = fit(make("exponential"), starts, method="least-squares", max_evaluations=3000)
     best = np.array(PAPER_P) if refits is None else refits.p
     directions = analyse_directions(problem, np.array(PAPER_P))
     scores = {"published p1…p4": problem.score(PAPER_P)}
@@ -99,8 +77,6 @@ def calibrate(
     return SimpleNamespace(
         scores=scores,
         refits=refits,
-        compared=list_searches(problem, fits) if fits else _load_searches(),
-        kept=not fits,
         directions=directions,
         walked=walk_sloppy_direction(problem, directions, _WALK),
         profiles=(
@@ -116,7 +92,6 @@ def calibrate(
             refits=effort.refits,
             directions=directions,
         ),
-        ratios=_sweep(make, effort),
     )
 
 
@@ -139,51 +114,3 @@ def _fit_controls(make, n_starts: int, rng: np.random.Generator) -> dict[str, Fi
             problem, make_starts(problem.hinges, n_starts, rng, spread=0.5), max_evaluations=60
         )
     return fits
-
-
-def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str, Fit]:
-    """The exponential family fitted by every optimiser from the same starts, each to its own
-    convergence.
-    """
-    return {
-        method: fit(make("exponential"), starts, method=method, max_evaluations=3000)
-        for method in _COMPARED
-    }
-
-
-def list_searches(problem: Problem, fits: Mapping[str, Fit]) -> list[dict[str, Any]]:
-    """A row (``SEARCH_COLUMNS``) per optimiser and start."""
-    return [
-        {
-            "method": method,
-            "start": number,
-            "evaluations": minimum.evaluations,
-            "seconds": minimum.seconds,
-            "error": minimum.error,
-            "accuracy": problem.score(minimum.p)[2],
-        }
-        for method, found in fits.items()
-        for number, minimum in enumerate(found.minima, 1)
-    ]
-
-
-def _load_searches() -> list[dict[str, Any]]:
-    """The comparison that the benchmark kept."""
-    text = (files("feeler.calibration") / "data" / KEPT_SEARCHES).read_text(encoding="utf-8")
-    return [
-        {name: kind(row[name]) for name, kind in SEARCH_COLUMNS.items()}
-        for row in csv.DictReader(text.splitlines())
-    ]
-
-
-def _sweep(make, effort: Scale) -> list[tuple[float, float | None, np.ndarray]]:
-    rows = []
-    for lever in _LEVERS:
-        for speed in effort.impact_speeds:
-            problem = make("exponential")
-            problem.protocol = Protocol(
-                speed=speed, lever=lever, engine=problem.protocol.engine
-            )
-            problem.targets = problem.targets.only("ratio_71", "ratio_86")
-            rows.append((speed, lever, problem.measure(PAPER_P).values))
-    return rows

@@ -410,7 +410,7 @@ def compute_fit(context: Context) -> SimpleNamespace:
 
 
 def show_fit(found: SimpleNamespace, section: Section) -> None:
-    """What the published constants score, what optimisers find, and what is determined."""
+    """What the published constants score, and what is determined."""
     names = next(iter(found.scores.values()))[0].names
     section.heading("Targets, and what the published constants score")
     section.table(
@@ -424,25 +424,6 @@ def show_fit(found: SimpleNamespace, section: Section) -> None:
         "Reconstructed targets [D]: 17.5 Hz, 0.54, 0.22, 0.55. The paper reports a least error of"
         " 0.067 and 0.0035 against its own targets, which are lost.",
     )
-    whence = (
-        "Precomputed (benchmarks/calibration.py); paper scale measures it anew."
-        if found.kept
-        else "Measured in this run."
-    )
-    section.table(
-        [
-            "optimiser",
-            "start",
-            "antennas simulated",
-            "processor time [s]",
-            "error",
-            "median symmetric accuracy",
-        ],
-        [list(row.values()) for row in found.compared],
-        f"Four parameters from perturbed starts, each optimiser to its own convergence. {whence}",
-    )
-    if found.ratios:
-        _show_impactor(section, found.ratios)
     _show_directions(section, found)
 
 
@@ -467,25 +448,10 @@ def _find_widest_spread(found: SimpleNamespace) -> float:
     return float((base.max(axis=0) / base.min(axis=0)).max())
 
 
-def _show_impactor(section: Section, ratios: list) -> None:
-    section.heading("The impactor")
-    section.text(
-        "Neither speed nor path of the impactor is published. The lever of Fig. 2B (20 mm, 0.45"
-        " m/s) [C] was chosen after seeing how long the published trace lasts, so the length of"
-        " that contact is no prediction; calibration uses a slow straight hit, chosen without the"
-        " trace. What the choice does to the published constants' deflection ratios:"
-    )
-    rows = [
-        ["straight" if lever is None else f"lever {lever:g} mm", speed, *r]
-        for speed, lever, r in ratios
-    ]
-    section.table(["path", "speed [m/s]", "ratio_71", "ratio_86"], rows)
-
-
 def _show_directions(section: Section, found: SimpleNamespace) -> None:
     section.heading("What the targets determine")
     directions, profiles = found.directions, found.profiles
-    drawn = "by one linear step per draw" if found.kept else "refitted to each draw"
+    drawn = "by one linear step per draw" if found.refits is None else "refitted to each draw"
     section.figure(
         "fig2b_directions",
         "a: how much the error changes along four directions in the space of p1…p4 (per unit along"
@@ -528,30 +494,15 @@ def _show_directions(section: Section, found: SimpleNamespace) -> None:
 
 
 def _describe(found: SimpleNamespace) -> str:
-    """What the targets determine, and where along the antenna the animals' spread leaves it."""
+    """What the targets determine."""
     p, error = found.walked
     good = np.vstack([PAPER_P, p[error <= PAPER_ERROR]])
     pairs = zip(found.directions.names, good.min(axis=0), good.max(axis=0), strict=True)
     ranges = ", ".join(f"{name} {low:.3g} to {high:.3g}" for name, low, high in pairs)
-    words = []
-    for name, base, rate in (("stiffness", 0, 2), ("damping", 1, 3)):
-        hinge, factor = _find_best_known(found.draws[:, base], found.draws[:, rate])
-        words.append(
-            f"the {name} of hinge {hinge} (95 % of the draws within a factor of {factor:.2g})"
-        )
     return (
         f"{found.directions.describe()} Along that least determined line the model stays at or"
-        f" below the paper's error of {PAPER_ERROR} over {ranges}. Between the animals, the targets"
-        f" fix {' and '.join(words)} best; away from there they fix less."
+        f" below the paper's error of {PAPER_ERROR} over {ranges}."
     )
-
-
-def _find_best_known(base: np.ndarray, rate: np.ndarray) -> tuple[int, float]:
-    """The hinge (from 1) at which the draws agree best, and the factor between their 95 % ends."""
-    logs = np.log(base)[:, None] + rate[:, None] * np.arange(_N_HINGES)
-    low, high = np.percentile(logs, [2.5, 97.5], axis=0)
-    best = int(np.argmin(high - low))
-    return best + 1, float(np.exp(high - low)[best])
 
 
 # Fig. S1: the sigmoid of segment lengths. Drawn from synthetic antennae: the measured lengths

@@ -25,9 +25,7 @@ from paper.context import Context
 from paper.data import (
     list_profiles,
     list_touches,
-    load_complete,
     load_tensors,
-    measure_window,
     select_speed,
 )
 
@@ -76,37 +74,20 @@ def plot(tensors: xr.Dataset, limit: float, figure: Figure) -> None:
 
 
 def compute(context: Context) -> SimpleNamespace:
-    """Each profile's tensors: ``slow`` ones by profile, their greatest curvature ``limit``, and a
-    line of ``peaks`` for each speed.
-    """
+    """Each profile's tensors: ``slow`` ones by profile, and their greatest curvature ``limit``."""
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     slow = {name: select_speed(tensors, SPEEDS["slow"]) for name, tensors in sets.items()}
     sizes = next(iter(sets.values()))["angle"].sizes
     names = {"count": "trial", "sensors": "sensor", "samples": "time"}
-    peaks = [
-        _find_peaks(name, speed, select_speed(tensors, speed), load_complete(context, name))
-        for name, tensors in sets.items()
-        for speed in np.unique(tensors["speed"].values)[::-1]
-    ]
     return SimpleNamespace(
         rows={f"tensors.{name}": int(sizes[dim]) for name, dim in names.items()},
         slow=slow,
         limit=max(float(in_unit(one["curvature"], "1/mm").max()) for one in slow.values()),
-        peaks=peaks,
     )
 
 
-def _find_peaks(
-    name: str, speed: float, chosen: xr.Dataset, complete: xr.Dataset
-) -> list[object]:
-    peak = in_unit(chosen["angle"], "deg").max(("sensor", "time")).values
-    cut = measure_window(complete).cut if np.isclose(speed, SPEEDS["slow"]) else "–"
-    curvature = in_unit(chosen["curvature"], "1/mm").max().item()
-    return [name, speed, peak.min(), peak.max(), curvature, cut, peak.size]
-
-
 def show(data: SimpleNamespace, section: Section) -> None:
-    """A picture of each profile's slow tensors, and peaks of all."""
+    """A picture of each profile's slow tensors."""
     for k, (name, tensors) in enumerate(data.slow.items()):
         file, where = ("figS3", "Fig. S3") if k else ("fig2e", "Fig. 2E and Fig. S3")
         section.figure(
@@ -118,20 +99,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
             height=4.6,
         )
         save(tensors, section.folder / f"{file}_{name}.nc")
-    section.table(
-        [
-            "profile",
-            "speed [m/s]",
-            "peak angle, least [°]",
-            "largest [°]",
-            "peak curvature [1/mm]",
-            "cut by the window",
-            "trials",
-        ],
-        data.peaks,
-        "Peaks over sensors and time. Cut by the window: slow touches that go on, or begin again,"
-        " after it, in a run of twice its length.",
-    )
 
 
 # Softness of contact, which the paper does not state.

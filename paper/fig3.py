@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,16 +11,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput
 from feeler.plotting.results import Shapes, plot_approach, plot_maps
 from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor
 from feeler.plotting.walls import (
     APPROACH_SLOWER,
-    FOLLOW_SLOWER,
     SHOWN,
     write_drives_movie,
-    write_run_movie,
 )
 from feeler.report import Section, make_spread
 from feeler.wall import (
@@ -40,7 +36,6 @@ from feeler.wall import (
     slide,
 )
 from feeler.wall.distance import SETUP_CHOICES
-from feeler.wall.following import Run, follow
 from paper.cache import keep
 from paper.context import Context
 from paper.data import CLAIMED, list_profiles
@@ -56,7 +51,7 @@ APART = 0.1  # [C] of a tensor's own root mean square: what discriminates two sl
 
 
 def get_lead() -> Posture:
-    """The posture with which the figure, the movie and following lead: declared.toml says by which
+    """The posture with which the figure and the movie lead: declared.toml says by which
     rule it was found.
     """
     return Posture(**read_declared("declared.toml")["wall_family"]["lead"])
@@ -87,8 +82,7 @@ def compute(context: Context) -> SimpleNamespace:
         paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
         same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
         ``drives``, a wall that comes nearer
-        without stopping; ``far_slides``, a wall past the first profiles at every distance;
-        ``runs``, of bodies that follow a wall, None where there is no map to steer by.
+        without stopping; ``far_slides``, a wall past the first profiles at every distance.
         ``slides``: a wall past the first profile at a few constant distances. ``fps`` of movies.
     """
     antennas = {name: context.profiles[name] for name in list_profiles(context)}
@@ -135,19 +129,8 @@ def compute(context: Context) -> SimpleNamespace:
         slides=slides,
         drives=drives,
         far_slides=far_slides,
-        runs={
-            name: _follow(antenna)
-            for name, antenna in islice(context.profiles.items(), effort.followers)
-        },
         fps=effort.fps,
     )
-
-
-def _follow(antenna: Antenna) -> Run | None:
-    try:
-        return follow(antenna, posture=get_lead())
-    except InvalidInput:  # its peak stays at the base hinge: that is the result
-        return None
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
@@ -245,7 +228,7 @@ def show(data: SimpleNamespace, section: Section) -> None:
             f" {', '.join(words)}."
         )
     _list_maps(section, data)
-    _show_movies(section, data)
+    _show_movie(section, data)
 
 
 def _list_maps(section: Section, data: SimpleNamespace) -> None:
@@ -303,40 +286,16 @@ def _row(name: str, found: DistanceMap) -> list[object]:
     return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]
 
 
-# Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that
-# follows a wall by it.
+# Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked.
 
 
-def _show_movies(section: Section, data: SimpleNamespace) -> None:
+def _show_movie(section: Section, data: SimpleNamespace) -> None:
     section.movie(
         write_drives_movie(data.drives, section.folder / "movieS3_wall.mp4", data.fps),
         f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
         f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
         " exceed; red: the point of greatest bend while in contact. (Movie S3)",
     )
-    if not data.runs:
-        return
-    section.heading("Following a wall by it")
-    for name, run in [one for one in data.runs.items() if one[1]][:1]:
-        section.movie(
-            write_run_movie(run, section.folder / "movieS3_following.mp4", data.fps),
-            "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
-            f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
-            " curvature beyond rest. (Movie S3)",
-        )
-    section.table(
-        ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
-        [[name, *_describe_run(run)] for name, run in data.runs.items()],
-        "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance, in"
-        f" the leading set-up ({describe_posture(get_lead())}). With friction it sticks and slips,"
-        " so that a rounding can lead to another run, such as that of another kind of processor.",
-    )
-
-
-def _describe_run(run: Run | None) -> list[object]:
-    if run is None:
-        return ["no map to steer by"] * 4
-    return [run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"]
 
 
 # Beside Fig. 3B: R² over the family of set-ups of declared.toml, by which the wall claims are

@@ -13,13 +13,11 @@ from matplotlib.figure import Figure
 
 from feeler.analysis.dispersion import student_mean
 from feeler.encoding import (
-    LABELS,
     ConvolutiveNMF,
     compute_basis_similarity,
     compute_entropies,
     compute_mass_entropy,
     compute_stability,
-    hoyer_sparseness,
     locate_components,
     map_locations,
     match_components,
@@ -93,10 +91,8 @@ def compute(context: Context) -> SimpleNamespace:
         definition (``ENTROPIES``): (rank, restart); ``stability``, how alike their bases are up to
         shifts, (rank,). ``encoders`` by rank.
         ``starts``: the bases of every start (:func:`.compute_map`).
-        ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
-        ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
-        component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
-        sparseness of its rows. ``sampling``: time between samples [ms]. ``effort``: what this scale
+        ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time).
+        ``sampling``: time between samples [ms]. ``effort``: what this scale
         asks of fits.
     """
     effort, tensors = context.effort, load_tensors(context, list_profiles(context)[0])
@@ -110,15 +106,7 @@ def compute(context: Context) -> SimpleNamespace:
         for m in ranks
     }
     main = encoders[MAIN_RANK if MAIN_RANK in encoders else ranks[0]]
-    codes = {
-        code: main.transform(data, code=code) for code in ("sparse", "ridge", "nonnegative")
-    }
-    codes = {"joint": main.activations_, **codes}
-    locations, places = (
-        np.asarray(tensors["location"].values),
-        locate_components(main.components_),
-    )
-    size = np.linalg.norm(data)
+    locations = np.asarray(tensors["location"].values)
     residual = np.stack([encoder.restarts_[:done] for encoder in encoders.values()])
     entropy = {
         definition: np.array(
@@ -150,16 +138,8 @@ def compute(context: Context) -> SimpleNamespace:
             [compute_stability(list(e.restart_components_[:done])) for e in encoders.values()]
         ),
         encoders=encoders,
-        examples=_pick_examples(tensors, codes["sparse"]),
+        examples=_pick_examples(tensors, main.transform(data, code="sparse")),
         starts=starts,
-        mapping={code: map_locations(codes[code], locations, places) for code in codes},
-        residual_by_code={
-            code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
-            for code, found in codes.items()
-        },
-        sparseness_by_code={
-            code: float(np.nanmean(hoyer_sparseness(found))) for code, found in codes.items()
-        },
         sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
         effort=effort,
     )
@@ -258,7 +238,7 @@ def show(data: SimpleNamespace, section: Section) -> None:
     """Figs. 4B–D, and whether bases map to contact location."""
     effort = data.effort
     _show_ranks(section, data)
-    _show_codes(section, data)
+    tabulate_bases(section, data.starts)
     section.text(
         f"Effort at this scale: {effort.restarts} random starts by rank"
         + (
@@ -298,42 +278,6 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         " activations over all trials, their mean or their sum. Mass: activations as shares of"
         " their total, over everything or tensor by tensor.",
     )
-
-
-def _show_codes(section: Section, main: SimpleNamespace) -> None:
-    section.heading("The same tensors, four codes")
-    section.text(
-        "Activations found together with the bases (the paper's recipe) are not unique: the same"
-        " tensor can get different codes in one fit. On fixed bases each tensor has one code: with"
-        " the sparseness constraint, or without it, with a small ridge or as plain non-negative"
-        " least squares."
-    )
-    section.table(
-        [
-            "code",
-            "residual",
-            "Hoyer sparseness",
-            "information on location [bits]",
-            "of at most",
-            "under permutation",
-            "p",
-        ],
-        [
-            [
-                LABELS[code],
-                main.residual_by_code[code],
-                main.sparseness_by_code[code],
-                m.information,
-                m.ceiling,
-                m.information_null,
-                m.p_information,
-            ]
-            for code, m in main.mapping.items()
-        ],
-        "How well the dominant component tells the contact location: mutual information against a"
-        " permutation null.",
-    )
-    tabulate_bases(section, main.starts)
 
 
 def tabulate_bases(section: Section, found: SimpleNamespace) -> None:

@@ -11,11 +11,9 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.analysis import INDICES
 from feeler.analysis.dispersion import bootstrap_mean
-from feeler.decoding import CODES, Relative, compute_left_out
+from feeler.decoding import Relative, compute_left_out
 from feeler.decoding.classifiers import make_lda
-from feeler.decoding.curves import Curves
 from feeler.decoding.sweeps import Plan
-from feeler.encoding import LABELS
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.results import plot_index
 from feeler.plotting.style import mark_panels, pick_colours, set_decades
@@ -96,56 +94,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
         height=4.4,
         numbers={"accuracy": data.traced},
     )
-    section.heading("Classification, other readings")
-    section.text(
-        "Thirty classes (feature × location) by linear discriminant analysis of 30 principal"
-        " components, here fitted to noisy training copies. The paper's copies of one tensor are in"
-        " training and test alike, so its accuracy measures robustness against noise. The null is"
-        " as many copies of one single tensor, fitted jointly and pushed through the same pipeline:"
-        " what it reaches is no evidence that tensors differ. Fixed bases give identical tensors"
-        " one code, so their null is chance."
-    )
-    section.table(
-        [
-            "by",
-            "code",
-            "copies",
-            "noise [%]",
-            "accuracy [%], mean over the noise, 0 % included",
-            "null [%]",
-        ],
-        [row for c, curves in data.curves.items() for row in _list_copies(c, curves)],
-        "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
-        " repeated. Profiles in the paper's window; complete touches stand below.",
-    )
-
-
-def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
-    """Rows of accuracy after noise of the paper's kind: comparison, code, copies, noise, each
-    group, null.
-    """
-    rows = []
-    copies = sorted({c.n_copies for c in curves.sweeps if c.when == "after"})
-    for kind in CODES:
-        for n in copies:
-            found = curves.find(kind, n_copies=n)
-            if not found:  # not tried with so many copies
-                continue
-            ratios = "/".join(
-                f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios
-            )
-            accuracies = ", ".join(
-                f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items()
-            )
-            own = found if kind == "joint" else list(found)[:1]
-            nulls = {name: curves.find_null(kind, n_copies=n, group=name) for name in own}
-            shown = ", ".join(
-                f"{name} {100 * null.noisy.mean():.0f}"
-                for name, null in nulls.items()
-                if null is not None
-            )
-            rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, shown])
-    return rows
 
 
 # Fig. S6: dispersion by contact speed and by stiffness profile, of codes and tensors.

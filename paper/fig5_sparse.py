@@ -43,26 +43,28 @@ def measure(tensors: xr.Dataset) -> dict[str, np.ndarray]:
     one vector. NaN for a touch that never meets the antenna.
     """
     return {
-        WINDOWS[0]: _measure(cut_window(tensors)),
-        WINDOWS[1]: _measure(keep_whole(tensors)),
-        SPANS[2]: _measure_each(cut_to_contact(tensors)),
-        SPANS[3]: _measure_each(cut_to_motion(tensors)),
+        span: np.concatenate([measure_hoyer(part) for part in parts])
+        for span, parts in cut_spans(tensors).items()
     }
 
 
-def _measure(tensors: np.ndarray) -> np.ndarray:
+def cut_spans(tensors: xr.Dataset) -> dict[str, list[np.ndarray]]:
+    """By span the rectified angles (trial, sensor, time), all touches together or one by one."""
+    whole = [[cut_window(tensors)], [keep_whole(tensors)]]
+    single = ([one[None] for one in cut(tensors)] for cut in (cut_to_contact, cut_to_motion))
+    return dict(zip(SPANS, (*whole, *single), strict=True))
+
+
+def measure_hoyer(tensors: np.ndarray) -> np.ndarray:
+    """Hoyer sparseness of each tensor (trial,)."""
     return hoyer_sparseness(tensors.reshape(len(tensors), -1))
-
-
-def _measure_each(tensors: list[np.ndarray]) -> np.ndarray:
-    return np.concatenate([_measure(one[None]) for one in tensors])
 
 
 def _average(values: np.ndarray) -> Interval:
     return bootstrap_mean(values[np.isfinite(values)], np.random.default_rng(0))
 
 
-def _list_groups(context: Context) -> dict[str, dict[str, xr.Dataset]]:
+def list_groups(context: Context) -> dict[str, dict[str, xr.Dataset]]:
     """Whole touches: of the first profile at every speed, and slow ones of every profile."""
     profiles = list_profiles(context)
     first = load_tensors(context, profiles[0])
@@ -84,7 +86,7 @@ def compute(context: Context) -> SimpleNamespace | None:
     """
     measured = {
         comparison: {name: measure(data) for name, data in members.items()}
-        for comparison, members in _list_groups(context).items()
+        for comparison, members in list_groups(context).items()
         if len(members) > 1
     }
     found = {

@@ -136,19 +136,6 @@ def _average(entropies: _Entropies) -> dict[str, float]:
     return {name: float(np.nanmean(values[0])) for name, values in entropies.items()}
 
 
-def _find_nearest(data: SimpleNamespace) -> str:
-    """The definition whose values come nearest to the paper's, by their root mean square
-    difference.
-    """
-    off = {}
-    for definition, entropies in data.entropy.items():
-        found = _average(entropies)
-        errors = [found[name] - value for name, value in _PAPER.items() if name in found]
-        if errors:
-            off[definition] = float(np.sqrt(np.mean(np.square(errors))))
-    return min(off, key=off.__getitem__) if off else ""
-
-
 def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     """Fig. 5G: mean entropy of the bases, 256 grey levels; whiskers span the restarts; crosses are
     the paper's.
@@ -208,12 +195,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
         "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
         " definition tried.",
     )
-    if nearest := _find_nearest(first):
-        section.text(
-            f"Nearest to the paper's three values: {nearest}. The scale of a basis is one free"
-            " number that nobody stated, so being near is no reproduction, and being far says"
-            " something of the definition only."
-        )
 
 
 # Fig. S5: do the bases change with how long they last?

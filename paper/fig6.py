@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
@@ -15,7 +14,6 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.analysis import INDICES, compute_dispersion
 from feeler.antenna import Antenna
 from feeler.decoding import Relative, compute_sweep
-from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting import PALETTE, say_clock, style, write_movie
@@ -51,7 +49,6 @@ from paper.scale import Scale
 # robot.
 
 _RELEASE = 2000.0  # ms
-_MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
 
 
 @lru_cache(maxsize=1)
@@ -97,8 +94,8 @@ def simulate(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> S
         ``fit``, p1 and p2 fitted to that; ``simulated_release``, angles (hinge, time) of the fitted
         model. Of all surrogate robots: ``by_size`` scores for each reality gap of ``sizes``; at one
         gap ``score``, ``by_variants`` trained on the nominal model and as many random ones
-        (``variants``), ``by_shots`` trained with as many touches of the robot itself (``shots``),
-        and ``early``, the streaming decoder.
+        (``variants``), and ``by_shots`` trained with as many touches of the robot itself
+        (``shots``).
     """
     training = make_training(engine=engine)
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
@@ -130,7 +127,6 @@ def simulate(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> S
         ),
         shots=effort.shots,
         by_shots=tuple(_score_shots(training, effort, seed, engine)),
-        early=_measure_early(training, varied, read[1.0]),
     )
 
 
@@ -177,19 +173,6 @@ def _score_shots(
         return []
     robots = draw_robots(1.0, effort.shot_robots, seed + 1)
     return sweep_shots(training, effort.shots, robots, engine=engine)
-
-
-def _measure_early(
-    training: Touches, varied: Touches | None, read: Sequence[Touches]
-) -> xr.Dataset:
-    decoder = StreamDecoder().fit(training.motions, training.labels)
-    if varied is not None:
-        others = varied.take(np.arange(len(training.labels), len(varied.labels)))
-        decoder.temper(others.motions, others.labels)
-    motions = [motion for touches in read for motion in touches.motions]
-    return measure_early_accuracy(
-        decoder, motions, [label for t in read for label in t.labels], _MOMENTS
-    )
 
 
 # The eight-segment model, compared by speed and by stiffness profile as the insect's is.
@@ -304,8 +287,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
     _plot_layout(a[0])
-    _plot_channels(data.raw, a[1], "capacitance [pF]")
-    _plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
+    _plot_channels("ii", data.raw, a[1], "capacitance [pF]")
+    _plot_channels("iii", data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
     mark_panels(a[0], "a")
     b = rows[1].subplots(1, 2)
     _plot_release(data, b[0])
@@ -316,7 +299,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         data.touches.values[slow_ball],
     )
     limit = float(np.rad2deg(max(np.abs(angle).max() for angle in tensors)))
-    for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
+    names = ("simulation", "surrogate (a iv)")
+    for ax, angle, name in zip(pair, tensors, names, strict=True):
         plot_tensor(angle, ax, name, limit)
     rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
     mark_panels(pair[0], "d")
@@ -334,16 +318,20 @@ def _plot_layout(ax: Axes) -> None:
         ax.plot(x, 0, "o", color=colour)
         ax.text(x, 7.0, str(k + 1), color=colour, ha="center", fontsize=7)
     ax.set(
-        xlabel="from hinge 1 [mm]", yticks=[], ylim=(-7, 14), aspect="equal", title="8 hinges"
+        xlabel="from hinge 1 [mm]",
+        yticks=[],
+        ylim=(-7, 14),
+        aspect="equal",
+        title="(i) 8 hinges",
     )
 
 
-def _plot_channels(recording: Recording, ax: Axes, label: str) -> None:
+def _plot_channels(part: str, recording: Recording, ax: Axes, label: str) -> None:
     """Channels over time, coloured from base to tip."""
     values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
     for channel, colour in zip(values, pick_shades("hinge", len(values)), strict=True):
         ax.plot(recording.time, channel, lw=0.6, color=colour)
-    ax.set(xlabel="time [ms]", ylabel=label, title=recording.source)
+    ax.set(xlabel="time [ms]", ylabel=label, title=f"({part}) {recording.source}")
 
 
 def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
@@ -461,7 +449,8 @@ def show(data: SimpleNamespace, section: Section) -> None:
     interval = " (one robot)" if one else f" (95 % CI {100 * low:.0f} to {100 * high:.0f} %)"
     section.figure(
         "fig6_robot",
-        "a: surrogate robot, a ball at the tip at 0.027 m/s, hinges in the colours of the left. b:"
+        "a: surrogate robot, a ball at the tip at 0.027 m/s: layout, the hinges' colours (i), raw"
+        " readout (ii), hinge angles (iii), tensor (iv, in d). b:"
         f" impulse response; fitted p1 = {data.fit.stiffness_factor:.2f}, p2 ="
         f" {data.fit.damping_factor:.2f} ms (the paper's robot: 1.19, 2.06; the surrogate has"
         " parameters of its own, and the linear model does not meet it fully). c: the training set."
@@ -478,8 +467,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
             "by_variants": [score.share("all") for score in data.by_variants],
             "shots": data.shots,
             "by_shots": [score.share("all") for score in data.by_shots],
-            "early": data.early.accuracy.values,
-            "since_contact": data.early.since_contact.values,
         },
     )
     _write_movie(section, data)

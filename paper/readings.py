@@ -503,8 +503,10 @@ def judge_sentences(rows: pd.DataFrame) -> dict[str, Finding]:
     }
 
 
-def judge_sentence(sentence: Sentence, rows: pd.DataFrame) -> Finding:
-    """What the rows of a sentence say of it."""
+def judge_sentence(
+    sentence: Sentence, rows: pd.DataFrame, words: Mapping[str, str] | None = None
+) -> Finding:
+    """What the rows of a sentence say of it; ``words``: how verdicts are said, where otherwise."""
     computed = tuple(group for group in sentence.groups if group in {*rows["group"]})
     whole = computed == sentence.groups
     sentence = sentence if whole else sentence.replace(groups=computed)
@@ -534,7 +536,7 @@ def judge_sentence(sentence: Sentence, rows: pd.DataFrame) -> Finding:
         verdict=verdict,
         line=line,
         note=_describe_main(sentence, readings, main),
-        moves=_describe_moves(sentence, readings, main),
+        moves=_describe_moves(sentence, readings, main, words or {}),
         ours=_say_values(sentence, main, show),
         agrees=agrees,
         rows=rows,
@@ -610,7 +612,8 @@ def find_rule(
     if yes in (0, n):
         word = "comes out under every reading" if yes else "comes out under no reading"
         return f"{word} ({counted})"
-    columns, table = _tabulate(sentence, [chosen for chosen, _ in known])
+    chosen = [one for one, _ in known]
+    table = _tabulate(sentence, chosen)
     target = np.array([agrees for _, agrees in known])
     fits = [
         DecisionTreeClassifier(max_depth=4, max_leaf_nodes=leaves, random_state=0).fit(
@@ -620,29 +623,25 @@ def find_rule(
     ]
     wrong = [int((tree.predict(table) != target).sum()) for tree in fits]
     best = min(range(len(fits)), key=lambda k: wrong[k] + k * max(0.5, _LEAF * n))
-    ways = _list_ways(sentence, fits[best], columns)
+    leaves, said_of = fits[best].apply(table), fits[best].predict(table)
+    ways: dict[bool, list[_Way]] = {True: [], False: []}
+    for leaf in np.unique(leaves):
+        inside = np.flatnonzero(leaves == leaf)
+        shared = _find_shared(sentence, [chosen[k] for k in inside])
+        way = shared, int(target[inside].sum()), len(inside)
+        ways[bool(said_of[inside[0]])].append(way)
     if wrong[best] >= min(yes, n - yes):  # no better than the more frequent answer
         few = yes <= n - yes
-        shared = _find_shared(sentence, [chosen for chosen, agrees in known if agrees is few])
+        shared = _find_shared(sentence, [one for one, agrees in known if agrees is few])
         word = "agree" if few else "do not"
         said = _say_allowed(sentence, shared) or "nothing in common"
         return f"no simple rule over the choices; those that {word}: {said} ({counted})"
     counts = [
-        (_say_allowed(sentence, way), *_count(known, way))
+        (_say_allowed(sentence, allowed), agree, count)
         for side in (True, False)
-        for way in _merge(ways[side])
+        for allowed, agree, count in _merge(ways[side])
     ]
     return f"{_say_ways(counts)} ({counted}; a tree over the choices fits {n - wrong[best]} of {n})"
-
-
-def _count(known: Sequence[tuple[Mapping[str, str], bool | None]], way: "_Allowed") -> tuple:
-    """How many readings agree that have these options, and how many there are."""
-    found = [
-        agrees
-        for chosen, agrees in known
-        if all(option in way[name] for name, option in chosen.items())
-    ]
-    return sum(map(bool, found)), len(found)
 
 
 def _say_ways(counts: Sequence[tuple[str, int, int]]) -> str:
@@ -664,34 +663,28 @@ def _say_ways(counts: Sequence[tuple[str, int, int]]) -> str:
 def _find_shared(
     sentence: Sentence, chosen: Sequence[Mapping[str, str]]
 ) -> dict[str, tuple[str, ...]]:
-    """The options that some readings have."""
+    """The options that some readings have; of a choice that none of them has, all."""
     shared = {}
     for one in sentence.choice:
         taken = {reading[one.name] for reading in chosen if one.name in reading}
-        every = all(one.name in reading for reading in chosen)
-        shared[one.name] = tuple(o for o in one.options if o in taken or not every)
+        shared[one.name] = tuple(o for o in one.options if o in taken or not taken)
     return shared
 
 
-def _tabulate(
-    sentence: Sentence, chosen: Sequence[Mapping[str, str]]
-) -> tuple[list[tuple[str, str | None]], np.ndarray]:
-    """A column for each option, or one for a choice of numbers, with its choice and option."""
-    columns: list[tuple[str, str | None]] = []
+def _tabulate(sentence: Sentence, chosen: Sequence[Mapping[str, str]]) -> np.ndarray:
+    """Readings (reading, column): a column for each option, or one for a choice of numbers."""
     table = []
     for one in sentence.choice:
-        taken = {reading[one.name] for reading in chosen if one.name in reading}
-        if len(taken | {""} if any(one.name not in r for r in chosen) else taken) < 2:
-            continue
-        if all(_is_number(option) for option in one.options):
-            columns.append((one.name, None))
+        taken = {reading.get(one.name, "") for reading in chosen}
+        if len(taken) > 1 and all(map(_is_number, one.options)):
             table.append([float(reading[one.name]) for reading in chosen])
-            continue
-        for option in one.options:
-            if option in taken:
-                columns.append((one.name, option))
-                table.append([float(reading.get(one.name) == option) for reading in chosen])
-    return columns, np.array(table).T
+        elif len(taken) > 1:
+            table += [
+                [float(reading.get(one.name) == option) for reading in chosen]
+                for option in one.options
+                if option in taken
+            ]
+    return np.array(table).T
 
 
 def _is_number(text: str) -> bool:
@@ -702,53 +695,29 @@ def _is_number(text: str) -> bool:
     return True
 
 
-_Allowed = dict[str, tuple[str, ...]]
-"""Options of every choice."""
+_Way = tuple[dict[str, tuple[str, ...]], int, int]
+"""Options of every choice, how many readings with these agree, and how many there are."""
 
 
-def _list_ways(
-    sentence: Sentence, tree: DecisionTreeClassifier, columns: list[tuple[str, str | None]]
-) -> dict[bool, list[_Allowed]]:
-    """The options that lead to every leaf, by whether readings there agree."""
-    inner = tree.tree_
-    ways: dict[bool, list[_Allowed]] = {True: [], False: []}
-
-    def walk(node: int, allowed: _Allowed) -> None:
-        if inner.children_left[node] < 0:
-            ways[bool(tree.classes_[inner.value[node][0].argmax()])].append(allowed)
-            return
-        name, option = columns[inner.feature[node]]
-        for side, child in enumerate((inner.children_left[node], inner.children_right[node])):
-            limit = inner.threshold[node]
-            kept = tuple(
-                one
-                for one in allowed[name]
-                if ((float(one) > limit) if option is None else (one == option)) == bool(side)
-            )
-            walk(child, allowed | {name: kept})
-
-    walk(0, {one.name: tuple(one.options) for one in sentence.choice})
-    return ways
-
-
-def _merge(ways: list[_Allowed]) -> list[_Allowed]:
-    """Ways of which two that differ in one choice alone are one."""
+def _merge(ways: list[_Way]) -> list[_Way]:
+    """Ways of which two that differ in one choice at most are one."""
     ways = list(ways)
     while pair := next(
         (
-            (one, other, differing[0])
+            (one, other, differing)
             for one, other in combinations(ways, 2)
-            if len(differing := [name for name in one if one[name] != other[name]]) == 1
+            if len(differing := [k for k, kept in one[0].items() if kept != other[0][k]]) < 2
         ),
         None,
     ):
-        one, other, name = pair
-        ways = [way for way in ways if way not in (one, other)]
-        ways.append(one | {name: one[name] + other[name]})
+        one, other, differing = pair
+        allowed = one[0] | {name: one[0][name] + other[0][name] for name in differing}
+        ways = [way for way in ways if way is not one and way is not other]
+        ways.append((allowed, one[1] + other[1], one[2] + other[2]))
     return ways
 
 
-def _say_allowed(sentence: Sentence, allowed: _Allowed) -> str:
+def _say_allowed(sentence: Sentence, allowed: Mapping[str, tuple[str, ...]]) -> str:
     words = []
     for choice in sentence.choice:
         name, every = choice.name, list(choice.options)
@@ -834,7 +803,10 @@ def _list_changes(sentence: Sentence, reading: SimpleNamespace) -> dict[str, str
 
 
 def _describe_moves(
-    sentence: Sentence, readings: list[SimpleNamespace], main: SimpleNamespace
+    sentence: Sentence,
+    readings: list[SimpleNamespace],
+    main: SimpleNamespace,
+    words: Mapping[str, str],
 ) -> str:
     """The verdict with thresholds around the one that was declared."""
     points = [value for value, *_ in main.spreads]
@@ -862,7 +834,7 @@ def _describe_moves(
         ]
         counted = f" ({sum(map(bool, answers))} of {len(answers)} agree)" * bool(others)
         verdict = decide(answers, [one.chance for one in (main, *others)])
-        said.append(f"with {value:.3g}: {verdict}{counted}")
+        said.append(f"with {value:.3g}: {words.get(verdict, verdict)}{counted}")
     return "; ".join(said)
 
 

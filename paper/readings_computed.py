@@ -17,8 +17,6 @@ from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import compute_sweep, make_labels
 from feeler.decoding.classifiers import PrincipalComponents, fit_lda, make_lda
 from feeler.decoding.curves import configure, encode_with, make_null
-from feeler.encoding import hoyer_sparseness
-from feeler.experiments.tactile import DURATION
 from feeler.objects.noise import Common, Relative
 from feeler.report import Section
 from feeler.tensors import rectify
@@ -29,8 +27,6 @@ from paper.data import (
     CLAIMED,
     WINDOWS,
     complete_tensors,
-    cut_to_contact,
-    cut_to_motion,
     find_end,
     list_profiles,
     list_speeds,
@@ -38,7 +34,7 @@ from paper.data import (
     load_tensors,
     select_speed,
 )
-from paper.fig5_sparse import SPANS
+from paper.fig5_sparse import cut_spans, list_groups, measure_hoyer
 from paper.readings import FILE, Reading, Sentence, load_sentences, make_rows
 
 _N_COMPONENTS = 30  # [P]
@@ -651,7 +647,7 @@ def compute_gini(tensors: np.ndarray) -> np.ndarray:
 
 
 _SPARSENESS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "Hoyer": lambda tensors: hoyer_sparseness(tensors.reshape(len(tensors), -1)),
+    "Hoyer": measure_hoyer,
     "entries below 1 % of the peak": lambda tensors: np.mean(
         tensors < 0.01 * tensors.max(axis=(1, 2), keepdims=True), axis=(1, 2)
     ),
@@ -664,34 +660,18 @@ def _measure_sparseness(
     context: Context, comparison: str
 ) -> dict[tuple, dict[str, np.ndarray]]:
     found: dict[tuple, dict[str, np.ndarray]] = {}
-    profiles, first = list_profiles(context), list_profiles(context)[0]
-    slow = min(list_speeds(context, first).values())
-    sets = {name: load_complete(context, name) for name in profiles if name in CLAIMED}
-    if comparison == "speed":
-        every = load_tensors(context, first)
-        sets = {
-            name: load_complete(context, first) if speed == slow else select_speed(every, speed)
-            for name, speed in list_speeds(context, first).items()
-        }
+    sets = list_groups(context)[comparison]
     for quantity, (name, data) in product(("angle", "curvature"), sets.items()):
+        if comparison == "profile" and name not in CLAIMED:
+            continue
         one = data.assign(angle=data[quantity].transpose(*data["angle"].dims))
         one["angle"].attrs = data["angle"].attrs
-        whole = _rectify(one)
-        time = data["time"].values
-        cut = {
-            SPANS[0]: [whole[:, :, time < DURATION]],
-            SPANS[1]: [whole[:, :, time < find_end(data)]],
-            SPANS[2]: [part[None] for part in cut_to_contact(one)],
-            SPANS[3]: [part[None] for part in cut_to_motion(one)],
-        }
-        for (kind, measure), window in product(_SPARSENESS.items(), SPANS):
-            values = np.concatenate([measure(part) for part in cut[window]])
+        for (kind, measure), (window, parts) in product(
+            _SPARSENESS.items(), cut_spans(one).items()
+        ):
+            values = np.concatenate([measure(part) for part in parts])
             found.setdefault((kind, window, quantity), {})[name] = values
     return found
-
-
-def _rectify(data: Any) -> np.ndarray:
-    return rectify(data["angle"].transpose("trial", "sensor", "time").values)
 
 
 _MEASURES: dict[str, Callable[[Sentence, Context, Section], Iterator[Reading]]] = {

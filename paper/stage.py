@@ -85,7 +85,10 @@ def find_kept(stage: Stage, context: Context) -> Section | None:
 
 def _find_folder(stage: Stage, context: Context) -> Path:
     """Where a section is cached; a figure whose own file has changed is made again."""
-    texts = [Path(str(import_module(name).__file__)).read_text() for name in stage.modules]
+    texts = [
+        Path(str(import_module(name).__file__)).read_text(encoding="utf-8")
+        for name in stage.modules
+    ]
     key = compute_digest({"key": stage.key(context), "figures": texts})[:16]
     return context.out / "cache" / stage.name / key
 

@@ -254,13 +254,6 @@ class Judged:
         return ANOTHER if ours and not all(agrees) else self.verdict
 
 
-def _say_ours(words: str) -> str:
-    """The words of a verdict on the paper as they are said of a statement of ours."""
-    for verdict, own in _OURS.items():
-        words = words.replace(verdict, own)
-    return words
-
-
 def judge_statements(sections: Sequence[Section], context: Context) -> list[Judged]:
     """The verdict on every statement, also where a section is missing."""
     results = Results.collect(sections)
@@ -291,12 +284,12 @@ def judge(
         if all(results.get(key) for key in asked.list_keys()):
             return replace(judge(asked, results, scale), statement=statement)
     sentences = statement.list_sentences()
+    words = _OURS if statement.whose == "ours" else None
     findings = tuple(
-        (known or {}).get(one.id) or judge_sentence(one, tabulate(read_values(one, results)))
+        (known or {}).get(one.id)
+        or judge_sentence(one, tabulate(read_values(one, results)), words)
         for one in sentences
     )
-    if statement.whose == "ours":
-        findings = tuple(replace(one, moves=_say_ours(one.moves)) for one in findings)
     shown = _show_values(statement.list_shown(), results)
     ours = "; ".join(one.ours for one in findings if one.ours != "–") or shown
     if statement.why or not is_cockroach:

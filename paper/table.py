@@ -76,6 +76,7 @@ def split_key(key: str) -> tuple[str, str, str]:
     return ".".join(parts["quantity"]), "; ".join(parts["reading"]), " ".join(parts["group"])
 
 
+@cache
 def find_unit(quantity: str) -> tuple[str, float | None]:
     """Unit of a quantity and the least effect that counts in it; None: 5 % of the greater value."""
     for one in read_declared("statements.toml")["unit"]:
@@ -84,6 +85,7 @@ def find_unit(quantity: str) -> tuple[str, float | None]:
     return "", None
 
 
+@cache
 def find_figure(quantity: str) -> str:
     """Figure of the paper that a quantity belongs to; empty: it is beyond the paper."""
     for one in read_declared("statements.toml")["figure"]:

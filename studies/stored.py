@@ -9,8 +9,6 @@ from typing import Any
 from feeler.files import read_shipped
 from feeler.provenance import to_json
 
-_DIGITS = 5
-
 
 @cache
 def read_declared(study: str) -> dict[str, Any]:
@@ -29,11 +27,11 @@ def load_stored(study: str) -> tuple[Any, str]:
     return held["found"], said
 
 
-def store(study: str, found: Any, seed: int) -> Path:
+def store(study: str, found: Any, seed: int, digits: int = 5) -> Path:
     """Write what was found, when and with which seed."""
     about = {"date": f"{datetime.now(UTC):%Y-%m-%d}", "seed": seed}
     text = json.dumps({"about": about, "found": to_json(found)}, sort_keys=True)
-    lean = json.loads(text, parse_float=lambda number: float(f"{float(number):.{_DIGITS}g}"))
+    lean = json.loads(text, parse_float=lambda number: float(f"{float(number):.{digits}g}"))
     path = Path(__file__).parent / study / "results.json"
     path.write_text(json.dumps(lean, sort_keys=True) + "\n", encoding="utf-8")
     return path

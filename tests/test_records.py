@@ -83,6 +83,17 @@ BAD = [
     (Contact, "deep", 1, "must be True or False, got 1."),
     (Task, "pair", (1,), "must be 2 numbers, got (1,)."),
     (Task, "pair", (1, "a"), "must be 2 numbers, got (1, 'a')."),
+    (Task, "pair", {1.0, 2.0}, "must be 2 numbers, got {1.0, 2.0}."),
+    (Task, "pair", bytearray(b"ab"), "must be 2 numbers, got bytearray(b'ab')."),
+    (Task, "pair", np.ma.array([1.0, 2.0], mask=[0, 1]), "must be 2 numbers, got [1.0, None]."),
+    (
+        Task,
+        "path",
+        np.ma.array([[1.0, 2.0]], mask=[[0, 1]]),
+        "must be an array of numbers, got"
+        " an array with 1 masked entries; leave those out, or fill them.",
+    ),
+    (Task, "speeds", np.array(3.0), "must be 1 or more numbers > 0, got 3.0."),
     (Task, "speeds", [], "must be 1 or more numbers > 0, got []."),
     (Task, "speeds", [1] * 20 + [-1], "must be 1 or more numbers > 0, got -1 in place 21."),
     (Task, "factors", {"a": "b"}, "must be a table of numbers, got {'a': 'b'}."),

@@ -340,7 +340,7 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
                     name,
                     _say_points(one.estimate),
                     f"{_say_points(one.low)} to {_say_points(one.high)}",
-                    f"{round(one.effect, 2) + 0.0:.2f}",  # no −0.00
+                    f"{round(one.effect or 0.0, 2) + 0.0:.2f}",  # no −0.00
                 ]
                 for (measure, name), one in data.differences.items()
             ],

@@ -6,10 +6,11 @@ import errno
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from importlib.util import find_spec
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -40,11 +41,18 @@ class _PlainStream:
     A carriage return at either end of a text stays: a line that is written anew begins so.
     """
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, words: Sequence[str] = ()) -> None:
         self.stream = stream
+        parts = {part for word in words for part in re.split("[/=:]", word) if "\n" in part}
+        stems = {part.rpartition(".")[0] for part in parts}
+        self._names = sorted(
+            (name for name in parts | stems if "\n" in name), key=len, reverse=True
+        )
 
     def write(self, text: str) -> int:
         """Write a text; how many characters it has."""
+        for name in self._names:
+            text = text.replace(name, escape(name))
         inner = text.strip("\r")
         before, _, after = text.partition(inner) if inner else (text, "", "")
         return self.stream.write(before + escape(inner, lines=True) + after)
@@ -61,12 +69,21 @@ class _PlainStream:
 
 
 @contextmanager
-def plain_output() -> Iterator[None]:
-    """Standard output and error without anything that a terminal would obey."""
+def plain_output(words: Sequence[str] = ()) -> Iterator[None]:
+    """Standard output and error without anything that a terminal would obey; signs that its
+    encoding lacks are written as Python writes them.
+
+    Parameters
+    ----------
+    words
+        What was said on the command line; a newline in one of these names is written out too.
+    """
     streams = sys.stdout, sys.stderr
     for name, stream in zip(("stdout", "stderr"), streams, strict=True):
-        if not isinstance(stream, _PlainStream):
-            setattr(sys, name, _PlainStream(stream))
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+        if not isinstance(stream, _PlainStream | None):  # None: it was closed
+            setattr(sys, name, _PlainStream(stream, words))
     try:
         yield
     finally:

@@ -9,7 +9,7 @@ import math
 import os
 import sys
 import types
-from collections.abc import Callable, Collection, Iterable, Mapping, Sized
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -39,6 +39,14 @@ _TYPES: dict[Any, tuple[type, ...]] = {
     bool: (bool,),
     str: (str,),
 }
+_UNLISTED = (
+    str,
+    bytes,
+    bytearray,
+    memoryview,
+    Mapping,
+    Set,
+)  # what goes through, but is no list
 _LONG = 8  # of a longer list, a message shows the item that is wrong
 _ITEMS = 1000  # of a long sequence among arguments, the first so many are read
 _GREATEST = sys.float_info.max
@@ -130,6 +138,7 @@ class _Items:
 
     def __init__(self, kind: Any, inner: tuple, beside: list[Any], given: bool) -> None:
         self.given, self.mapping = given, issubclass(kind, Mapping)
+        self.unlike = (*_UNLISTED, *((set, frozenset) if issubclass(kind, Sequence) else ()))
         own = dict if self.mapping else tuple
         self.kind = own if inspect.isabstract(kind) else kind
         self.fixed = kind is tuple and bool(inner) and Ellipsis not in inner
@@ -138,7 +147,7 @@ class _Items:
 
     def read(self, value: Any) -> Any:
         """The items in a collection of the annotated kind; the argument itself."""
-        listed = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
+        listed = isinstance(value, Iterable) and not isinstance(value, self.unlike)
         own = self.given or bool(self.readers) or isinstance(value, self.kind | np.ndarray)
         if not (own and (isinstance(value, Mapping) if self.mapping else listed)):
             raise FieldError
@@ -147,7 +156,7 @@ class _Items:
         found = value.items() if self.mapping else value
         if hasattr(value, "__array__"):
             found = np.asarray(value)
-            if found.ndim == 0:
+            if found.ndim == 0 or np.ma.is_masked(value):
                 raise FieldError
         items = [*(itertools.islice(found, _ITEMS) if self.given else found)]
         if not self.sizes[0] <= len(items) <= self.sizes[1]:
@@ -190,7 +199,7 @@ class _Array:
         kind = "numbers" if self.given else _WORDS.get(self.dtype, ("", "values"))[1]
         array = value
         try:
-            if value is None or isinstance(value, str | bytes | Mapping):
+            if value is None or isinstance(value, _UNLISTED) or np.ma.is_masked(value):
                 raise TypeError
             if not self.given:
                 array = freeze(value, self.dtype)
@@ -199,6 +208,13 @@ class _Array:
         except (TypeError, ValueError, OverflowError):
             raise FieldError(f"must be an array of {kind}, got {show(value)}") from None
         shape = np.shape(array)
+        named = [str(dim) for dim in getattr(value, "dims", ())]  # of a DataArray
+        places = enumerate(itertools.takewhile("...".__ne__, self.dims or ()))
+        if any(dim in named[:k] + named[k + 1 :] for k, dim in places):
+            raise FieldError(
+                f"must have the dims ({', '.join(self.dims or ())}) in this order, got"
+                f" ({', '.join(named)}); transpose it"
+            )
         if self.dims is not None and not self._fits(shape, self.dims):
             raise FieldError(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
         if self.bounds if self.given else array.dtype.kind in "iuf":
@@ -259,8 +275,9 @@ class Rules:
                 try:
                     found[key] = read(given[key])
                 except FieldError as error:
-                    long = isinstance(given[key], Sized) and len(given[key]) > _LONG
-                    shown = (long and error.shown) or show(_unwrap(given[key]))
+                    listed = error.shown and isinstance(given[key], Sized)
+                    long = listed and len(given[key]) > _LONG
+                    shown = error.shown if long else show(_unwrap(given[key]))
                     words = f"{error}" or f"must be {_say_rules(self.hints[key])}, got {shown}"
                     said = InvalidInput(f"{self._name}{self._sign}{key} {words}.")
                     said.subject = self._name

@@ -1,5 +1,5 @@
 """Which antenna should I build? Splines against the paper's profile, far starts of its family,
-sensors, fronts.
+sensors.
 
     python -m studies.design.measure --journals build/design [spline family final …]
 
@@ -17,21 +17,18 @@ speed the mean over the seeds of 1 − errors/errors of the paper's is ≥ 0.30 
 over the seeds (Student's t) excludes 0. Anything else is reported as not held. **sensors**: the
 fewest of the 56 sensors that keep 95 % of
 the bits (test draws), by rule, for the paper's profile, its controls and the spline that is best on
-the test draws. **front**: of all candidates of the spline searches those that no other beats in
-missing bits, settling time and peak angle; their peak forces are measured.
+the test draws.
 """
 
 import argparse
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
 
 from benchmarks.kept import write_kept
-from feeler import touch
-from feeler.antenna.segments import Antenna, compute_mass_matrix
 from feeler.design import (
     CHOICES,
     Constraints,
@@ -48,7 +45,6 @@ HERE = Path(__file__).parent
 PLAN = load_plan(HERE / "declared.toml")
 RESULTS = HERE.parents[1] / "benchmarks" / "results" / "design.json"
 STORED = HERE / "results.json"  # what the report draws, with fewer digits
-REST = 0.05  # of the deflection, at which an antenna is said to be at rest
 SPEEDS = (0.6, 0.3, 0.06)
 SEEDS = range(5)
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 56)
@@ -61,33 +57,6 @@ FAMILIES = {
     ),
 }
 FINAL = PLAN.task.replace(speeds=SPEEDS, test=12)
-
-
-def find_front(costs: Annotated[np.ndarray, "design cost"]) -> np.ndarray:
-    """Numbers (…,) of the designs that no other beats in one cost without being worse in another,
-    by rising first cost.
-    """
-    costs = np.asarray(costs, dtype=float)
-    worse = np.all(costs[:, None] >= costs, axis=2) & np.any(costs[:, None] > costs, axis=2)
-    front = np.flatnonzero(~np.any(worse, axis=1))
-    return front[np.lexsort(costs[front].T[::-1])]
-
-
-def compute_settling(antenna: Antenna) -> float:
-    """Time [ms] in which the slowest motion of the straight antenna falls to 5 %: ln(1 / 0.05) /
-    min |Re λ|.
-
-    λ are the eigenvalues of M q̈ + C q̇ + K q = 0, damping as it is (no mode taken by itself).
-    """
-    n = antenna.n_segments
-    inverse = np.linalg.inv(compute_mass_matrix(antenna))
-    matrix = np.block(
-        [
-            [np.zeros((n, n)), np.eye(n)],
-            [-inverse * antenna.stiffness, -inverse * antenna.damping],
-        ]
-    )
-    return float(np.log(1 / REST) / np.abs(np.linalg.eigvals(matrix).real).min())
 
 
 def describe(found, space) -> dict:
@@ -106,11 +75,9 @@ def describe(found, space) -> dict:
     }
 
 
-def run_spline(journals: Path, part: str = "") -> dict:
+def run_spline(journals: Path) -> dict:
     made = {}
     for seed in SEEDS:
-        if part and int(part) != seed:
-            continue
         found = optimise(
             PLAN.task,
             PLAN.space,
@@ -130,11 +97,9 @@ def run_spline(journals: Path, part: str = "") -> dict:
     return made
 
 
-def run_family(journals: Path, part: str = "") -> dict:
+def run_family(journals: Path) -> dict:
     made: dict[str, Any] = {}
     for noise, (task, constraints) in FAMILIES.items():
-        if part and part != noise:
-            continue
         reference = score(PLAN.reference, task, "optimiser", workers=1)
         made[noise] = {
             "paper": {"bits": reference.bits, "errors": reference.errors},
@@ -179,7 +144,7 @@ def run_family(journals: Path, part: str = "") -> dict:
     return made
 
 
-def run_final(journals: Path, part: str = "") -> dict:
+def run_final(journals: Path) -> dict:
     known = load("spline")
     paper = score(PLAN.reference, FINAL, "final", workers=1)
     found: dict[str, Any] = {
@@ -216,7 +181,7 @@ def run_final(journals: Path, part: str = "") -> dict:
     return found
 
 
-def run_sensors(journals: Path, part: str = "") -> dict:
+def run_sensors(journals: Path) -> dict:
     chosen = {name: cockroach(name) for name in ("exponential", "linear", "uniform", "matched")}
     splines = [PLAN.space.build(np.array(one["x"])).antenna for one in load("spline").values()]
     told = [score(one, PLAN.task, "test", workers=1).bits for one in splines]
@@ -238,58 +203,6 @@ def run_sensors(journals: Path, part: str = "") -> dict:
             flush=True,
         )
     return made | {"counts": list(COUNTS)}
-
-
-def run_front(journals: Path, part: str = "") -> dict:
-    rows = []
-    for seed in SEEDS:
-        lines = (journals / f"spline{seed}").read_text().splitlines()[1:]
-        told = [
-            (one["name"][0], np.array(one["result"][0], dtype=float))
-            for one in map(json.loads, lines)
-        ]
-        rows += [(x, values) for x, values in told if values[3] >= 0]
-    antennas = [PLAN.space.build(np.array(x)).antenna for x, _ in rows]
-    ceiling = np.log2(PLAN.task.n_classes)
-    costs = np.array(
-        [
-            (ceiling - values[0], compute_settling(a), values[3])
-            for (_, values), a in zip(rows, antennas, strict=True)
-        ]
-    )
-    front = find_front(costs)
-    force = [measure_force(antennas[k]) for k in front]
-    print("front", len(front), "of", len(rows), flush=True)
-    return {
-        "candidates": len(rows),
-        "costs": costs[front].tolist(),
-        "force": force,
-        "x": [rows[k][0] for k in front],
-        "profiles": [sample_profile(antennas[k]) for k in front],
-        "paper": [
-            ceiling - score(PLAN.reference, PLAN.task, "optimiser", workers=1).bits,
-            compute_settling(PLAN.reference),
-        ],
-        "paper_force": measure_force(PLAN.reference),
-    }
-
-
-def sample_profile(antenna) -> list[float]:
-    """Its stiffness at 15 hinges from base to tip, for the small curves of the fronts' picture."""
-    return antenna.stiffness[
-        np.linspace(0, antenna.n_segments - 1, 15).round().astype(int)
-    ].tolist()
-
-
-def measure_force(antenna) -> float:
-    """Mean peak force [mN] of one touch of each class."""
-    trials = PLAN.task.draw_classes(antenna, "optimiser", PLAN.task.speeds[0])[
-        :: PLAN.task.train + PLAN.task.test
-    ]
-    force = touch(
-        antenna, trials, duration=PLAN.task.duration, save=("angle", "force"), workers=1
-    )["force"].values
-    return 1e3 * float(np.linalg.norm(force, axis=2).max(axis=1).mean())
 
 
 def list_values(known: dict) -> dict:
@@ -349,7 +262,6 @@ PARTS = {
     "family": run_family,
     "final": run_final,
     "sensors": run_sensors,
-    "front": run_front,
 }
 
 
@@ -359,12 +271,9 @@ def main() -> None:
     asked.add_argument("--journals", type=Path, default=Path("build/design"))
     given = asked.parse_args()
     given.journals.mkdir(parents=True, exist_ok=True)
-    for part in given.parts:
-        name, _, which = part.partition(":")
-        made = PARTS[name](given.journals, which)
-        if not which:  # parts of parts only fill the journals
-            known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-            keep(known | {name: made})
+    for name in given.parts:
+        known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+        keep(known | {name: PARTS[name](given.journals)})
 
 
 if __name__ == "__main__":

@@ -3,11 +3,10 @@
     python -m studies.space.measure
 
 What is asked stands in declared.toml, written down before anything was run; what is found is
-stored as results.json, with date and seed, and the report shows it. With its journal,
-out/open_space.jsonl, it goes on where it stopped.
+stored as results.json, with date and seed, and the report shows it. With its journals in out/space
+it goes on where it stopped.
 """
 
-import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,17 +16,16 @@ import xarray as xr
 from benchmarks.kept import note_kept
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import CLASSIFIERS, measure_classifier
-from feeler.execute.threads import hold_blas
 from feeler.objects import Nuisances, Task
 from feeler.presets import cockroach
-from feeler.provenance import Journal, make_key
 from feeler.records import Ge, Lt, Record, Unit
 from feeler.study import Study
 from feeler.tensors.transforms import in_unit, project_planes
 from studies.space.section import FEW
 from studies.stored import read_declared, store
 
-_JOURNAL = Path("out/open_space.jsonl")
+_JOURNALS = Path("out/space")
+_SETS = 8  # of those that were declared at most, as many as the clock has given
 
 
 class Layout(Record):
@@ -79,10 +77,14 @@ class SpaceStudy(Study):
         """The layouts by name."""
         return dict(self.levels)
 
+    def list_windows(self) -> list[tuple[str, float, str]]:
+        """The whole touch."""
+        return [("whole touch", np.nan, "whole touch")]
+
     def measure_set(
         self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
     ) -> dict[str, Any]:
-        """Accuracy and bits (classifier, layout) of one set of whole touches of an antenna."""
+        """Accuracy and bits (classifier, layout, 1) of one set of whole touches of an antenna."""
         trials, labels = self.task.draw(
             antenna, "test", set=number, speed=speed, each=self.each
         )
@@ -90,14 +92,14 @@ class SpaceStudy(Study):
         first = round(trials[0].lead / self.sample_interval) + 1
         angle = in_unit(touches["angle"], "rad")[..., first:]
         half = np.arange(len(labels)) % self.each < self.each // 2
-        found = np.empty((2, len(self.classifiers), len(self.levels)))
+        found = np.empty((2, len(self.classifiers), len(self.levels), 1))
         for k, layout in enumerate(self.levels.values()):
             felt = layout.feel(angle)
             for j, name in enumerate(self.classifiers):
                 folds = [
                     self._ask_half(name, felt, labels, own, number) for own in (half, ~half)
                 ]
-                found[:, j, k] = np.mean(folds, axis=0)
+                found[:, j, k, 0] = np.mean(folds, axis=0)
         return dict(zip(("accuracy", "bits"), found, strict=True))
 
     def _ask_half(
@@ -144,39 +146,24 @@ def load_space(
     )
 
 
-def compute(
-    journal: Path | None = None, minutes: float = np.inf, **changes: Any
-) -> dict[str, dict[str, list]]:
-    """By "kind/antenna" the accuracy (set, classifier, layout) of the sets that are whole.
-
-    Sets are gone through in their order until the minutes are over, and on from the journal.
+def compute(journals: Path | None = None, **changes: Any) -> dict[str, list]:
+    """By "kind/antenna" the accuracy (set, classifier, layout); an ended run goes on from the
+    folder of its journals.
     """
-    asked, end = read_declared("space") | changes, time.monotonic() + 60 * minutes
-    cells = [(kind, name) for kind in ("space", "plane") for name in asked["antennas"][kind]]
-    whole = load_space(**changes)
-    sets: list[list[Any]] = []
-    key = make_key({"asked": asked})
-    with hold_blas(), Journal(journal, key, "study") as kept:
-        for number in range(whole.sets):
-            names = [(*cell, number) for cell in cells]
-            for kind, name, _ in names:
-                if kept.find(kind, name, number) is None and time.monotonic() < end:
-                    full = (kind, name) == cells[0]
-                    study = whole if full else load_space(kind, FEW, **changes)
-                    own = cockroach(name).unflatten()
-                    found = study.measure_set(own, number, asked["speed"], {"workers": 2})
-                    kept.add(found, kind, name, number)
-            results = [kept.find(*name) for name in names]
-            if any(one is None for one in results):
-                break
-            sets.append([np.array(one["accuracy"], float) for one in results])
-    return {
-        "/".join(cell): np.array(own).tolist() for cell, *own in zip(cells, *sets, strict=True)
-    }
+    cells: dict[str, list] = {}
+    for kind, names in read_declared("space")["antennas"].items():
+        for name in names:
+            study = load_space(kind, FEW if cells else (), **changes)
+            journal = journals and journals / f"{kind}_{name}.jsonl"
+            found = study.run({name: cockroach(name).unflatten()}, journal=journal)
+            right = found["accuracy"].squeeze(("antenna", "speed", "window"))
+            cells[f"{kind}/{name}"] = right.transpose("set", ...).values.tolist()
+    return cells
 
 
 def main() -> None:
-    note_kept(store("space", compute(_JOURNAL), read_declared("space")["seed"]))
+    _JOURNALS.mkdir(parents=True, exist_ok=True)
+    note_kept(store("space", compute(_JOURNALS, sets=_SETS), read_declared("space")["seed"]))
 
 
 if __name__ == "__main__":

@@ -20,7 +20,8 @@ from studies.spikes.found import (
     collect_values,
     say_mean,
 )
-from studies.spikes.study import load_measured
+from studies.spikes.study import load_spiking
+from studies.stored import load_stored
 
 READ_BY = {
     "ideal": "ideal observer",
@@ -125,7 +126,7 @@ def _explain(figure: Figure) -> None:
 
 def show(_context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
-    cells, about = load_measured()
+    cells, said = load_stored("spikes")
     values = collect_values(cells)
     section.text(
         "A brain sees spikes, not angles. Sensilla after Szczecinski et al. 2021 sit on both sides"
@@ -135,10 +136,9 @@ def show(_context: Context, section: Section) -> None:
         " was written down before (studies/spikes/declared.toml)."
     )
     section.text(
-        f"Measured on {about['date']} with seed {about['seed']}: {values['spikes.sets.ideal']} sets"
-        f" for the ideal observer, {values['spikes.sets.counts']} for classifiers that learn, of"
-        f" {about['most']} that were declared at most; the clock ended the runs."
-        " studies/spikes/measure.py makes them anew."
+        f"{said} They are of {values['spikes.sets.ideal']} sets for the ideal observer and"
+        f" {values['spikes.sets.counts']} for classifiers that learn, of {load_spiking().sets} that"
+        " were declared at most; the clock ended the runs."
     )
     section.figure(
         "spikes",

@@ -10,7 +10,6 @@ import xarray as xr
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import make_lda, measure_classifier
 from feeler.errors import InvalidInput
-from feeler.files import read_shipped
 from feeler.objects import Common, Task
 from feeler.presets import cockroach
 from feeler.records import Ge, Gt, Record, Unit
@@ -387,13 +386,3 @@ def load_spiking(**changes: Any) -> SpikeStudy:
         draws=1,
         **asked,
     )
-
-
-def load_measured() -> tuple[dict[str, dict[str, list[float]]], dict[str, Any]]:
-    """Cached results, and when and with which seed they were made.
-
-    By "profile/speed/code/variant/window" the accuracy, bits, location accuracy and
-    spikes of a touch, a number for each set. NaN: there were fewer spikes than were to be kept.
-    """
-    found = read_shipped("studies.spikes", "results.json")
-    return found["cells"], found["about"]

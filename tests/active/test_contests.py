@@ -13,8 +13,6 @@ from feeler.active import Observer, parse_policy
 from feeler.active.contests import (
     confirm_steering,
     fill_comparison,
-    judge_energy,
-    judge_learned,
     judge_steering,
     load_contest,
 )
@@ -24,7 +22,7 @@ from feeler.presets import cockroach
 from feeler.report import Section
 from paper.context import Context
 from studies.active import section as open_active
-from studies.active.section import load_stored
+from studies.active.section import load_found
 
 SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
 NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]
@@ -157,45 +155,15 @@ def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
     assert bool(found["pays"]) == (10.5 - float(found["half"]) > 0)
 
 
-def test_what_was_learned_is_held_against_who_was_chosen_on_other_sets(comparison):
-    measured = make_measured(
-        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.4, 0.9, 0.5], [0.6, 0.6, 0.6, 0.6]]
-    )
-    seeds = np.array([[0.7, 0.8], [0.6, 0.7]])[:, :, None] * np.ones(2)
-    learned = xr.Dataset(
-        {"accuracy": (("seed", "set", "deadline"), seeds)},
-        {"set": [1, 3], "deadline": [10.0, 20.0]},
-    )
-    found = judge_learned(learned, measured, comparison).sel(deadline=20.0)
-    assert [float(found[name]) for name in ("learned", "least", "most")] == pytest.approx(
-        [70, 65, 75]
-    )
-    assert float(found["fixed_gain"]) == pytest.approx(15)  # 65 - 50 on set 1, 75 - 60 on set 3
-    assert float(found["fixed_half"]) == pytest.approx(0, abs=1e-9)
-    assert float(found["steered_gain"]) == pytest.approx(25)
-
-
-def test_a_budget_leaves_out_what_costs_more(comparison):
-    measured = make_measured(comparison, [[0.5] * 4, [0.9] * 4, [0.6] * 4])
-    rows = {row[1]: row[1:] for row in judge_energy(measured, comparison)}
-    assert rows[0.5][1:] == [
-        "none",
-        pytest.approx(np.nan, nan_ok=True),
-        comparison.steered[1],
-        pytest.approx(60),
-    ]
-    assert rows[4.0][3] == comparison.steered[0]
-
-
 def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison, tmp_path):
     """One set to choose on, one to judge on: no interval, and no verdict where there is none."""
     measured = make_measured(comparison, [[0.5, 0.5], [0.9, 0.9], [0.6, 0.6]])
     section = Section(name="active", title="", folder=tmp_path, vector=False)
     fill_comparison(section, measured, comparison)
-    *_, verdict, energy = [block for block in section.blocks if block["kind"] == "table"]
+    *_, verdict = [block for block in section.blocks if block["kind"] == "table"]
     assert {(row[6], row[7]) for row in verdict["rows"]} == {("one set", "cannot be said")}
     assert "four sets or more" in verdict["caption"]
-    assert "undefined" not in str(section.blocks) and "–" in str(energy["rows"])
+    assert "undefined" not in str(section.blocks)
 
 
 @pytest.mark.long
@@ -254,10 +222,8 @@ def test_what_is_stored_comes_out_again(tmp_path):
     open_active.show(Context(), section)
     assert abs(section.values["active.again"]) < 1e-6
     assert 0 <= section.values["active.pays"] <= len(load_contest().deadlines)
-    fresh = load_stored(load_contest())["confirmed"]["data_vars"]["gain"]["data"]
-    assert section.values["active.confirmed"] == sum(
-        gain >= load_contest().gain for gain in fresh
-    )
+    _, confirmed = load_found(load_contest())
+    assert section.values["active.confirmed"] == sum(confirmed["gain"] >= load_contest().gain)
     assert {"active"} <= {*section.list_figures()}
 
 
@@ -271,4 +237,4 @@ def test_results_of_other_choices_are_refused():
     with pytest.raises(
         InvalidInput, match=r"made with noise common:0.03, declared is common:0.05"
     ):
-        load_stored(load_contest(noise="common:0.05"))
+        load_found(load_contest(noise="common:0.05"))

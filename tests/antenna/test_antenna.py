@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from feeler import Antenna, presets
-from feeler.antenna import Constant, Exponential, Linear, Sigmoid, Tabulated, compute_modes
+from feeler.antenna import Constant, Exponential, Linear, Sigmoid, compute_modes
 from feeler.antenna.animals import FACTS, PROFILE_NAMES
 from feeler.antenna.segments import compute_mass_matrix
 from feeler.errors import InvalidInput
@@ -107,7 +107,6 @@ def test_the_tip_is_where_the_shape_ends(size):
         (Linear(base=3.0, tip=1.0), [3.0, 2.0, 1.0]),
         (Constant(value=4.0), [4.0, 4.0, 4.0]),
         (Sigmoid(low=1.0, rise=2.0, slope=0.0, centre=0.5), [2.0, 2.0, 2.0]),
-        (Tabulated(x=(0.0, 1.0), values=(0.0, 6.0)), [1.0, 3.0, 5.0]),
     ],
 )
 def test_profiles_sample_their_formula(profile, expected):
@@ -119,12 +118,6 @@ def test_profiles_sample_their_formula(profile, expected):
     [
         (lambda: Exponential(base=np.nan, rate=-1.0), "Exponential.base must be finite"),
         (lambda: Linear(base=1.0, tip=np.inf), "Linear.tip must be finite"),
-        (lambda: Tabulated(x=(0.5,), values=(1.0,)), "one length ≥ 2, got 1 and 1"),
-        (
-            lambda: Tabulated(x=(0.0, 1.0), values=(1.0, 2.0, 3.0)),
-            "one length ≥ 2, got 2 and 3",
-        ),
-        (lambda: Tabulated(x=(0.5, 0.5), values=(1.0, 2.0)), "must rise strictly"),
     ],
 )
 def test_a_profile_that_gives_no_numbers_is_refused(make, match):

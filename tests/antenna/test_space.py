@@ -5,7 +5,14 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from feeler.antenna.files import load_antenna, parse_antenna, read_antenna_file, save_antenna
+from feeler.antenna.animals import cockroach
+from feeler.antenna.files import (
+    load_antenna,
+    parse_antenna,
+    read_antenna_file,
+    save_antenna,
+    write_antenna,
+)
 from feeler.antenna.segments import Antenna, _list_frustum, compute_modes, find_rate
 from feeler.errors import InvalidInput
 
@@ -207,3 +214,10 @@ def test_each_mode_in_space_has_the_damping_of_its_own_plane():
     assert np.count_nonzero(np.diff(plane)) > 1  # the planes' modes lie between each other's
     expected = shares[plane, 0] * 2 * np.pi * found.frequency / 2
     np.testing.assert_allclose(found.damping_ratio, expected, rtol=1e-9)
+
+
+def test_a_file_s_one_stiffness_is_that_of_every_plane():
+    text = write_antenna(cockroach().replace(stiffness=2.0, damping=1.0))
+    found = parse_antenna(text.replace("n_segments", "planes = 2\nn_segments", 1)).antenna
+    assert found.spatial and found.stiffness.shape == (2, 140)
+    np.testing.assert_array_equal(found.stiffness, 2.0)

@@ -82,7 +82,7 @@ def test_a_tracked_release_is_the_trace_across_the_antenna(tmp_path, turn, gap):
     ]  # ms from the release to the last sample that is held
     exact = simulate_steps([antenna] * 40, HELD, traces.time[:90], place, late)
     assert np.abs(rows[:, :90] / rows[-1, 0] - exact).max(axis=(1, 2)).min() < 0.02
-    fitted = fit_traces(join_films([film]), make_small(), protocol=HELD)
+    fitted = fit_traces(join_films([film]), make_small(), names=[*PLANTED], protocol=HELD)
     np.testing.assert_allclose(fitted.p, [*PLANTED.values()], rtol=0.05)
 
 

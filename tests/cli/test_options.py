@@ -83,16 +83,6 @@ def test_an_outline_is_touched_where_its_file_is_named(monkeypatch, tmp_path):
     )
 
 
-@pytest.mark.parametrize("way", ["shown", "stored"])
-def test_a_flow_reaches_the_touch(monkeypatch, tmp_path, way):
-    store = ("--store", tmp_path / "a.zarr") if way == "stored" else ()
-    words = ("touch", "--antenna", "rat-whisker", "--flow", "drag=2e-5,x=0.3,z=0.1", *store)
-    told = hear(
-        monkeypatch, "feeler.experiments.tactile.touch", *words, "--out", tmp_path / "o"
-    )
-    assert told["flow"] == feeler.objects.Flow(drag=2e-5, velocity=(0.3, 0.0, 0.1))
-
-
 def test_the_touch_of_spikes_is_the_one_that_was_asked_for(monkeypatch, tmp_path):
     words = ("spikes", "--antenna", "linear", *SHAPE, "--out", tmp_path / "o")
     told = hear(monkeypatch, "feeler.experiments.tactile.touch", *words)

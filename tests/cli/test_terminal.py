@@ -1,6 +1,7 @@
 """What names of files, columns and topics hold reaches no terminal as what it would obey."""
 
 import contextlib
+import io
 import re
 import sys
 
@@ -107,3 +108,14 @@ def test_names_within_a_file_are_shown_so_too(name, call, tmp_path):
     for words in (("info", "t.csv"), ("robot", "check", "t.csv"), ("info", "x.nc")):
         said = call(*words)
         assert said and not RAW.findall(said), ascii(said)
+
+
+def test_signs_that_the_terminal_has_not_end_no_command(monkeypatch):
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", None)  # closed, as services start what they run
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(sys, "argv", ["feeler", "touch", "--location", "7"])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    stream.flush()
+    assert b"--location must be > 0 and \\u2264 1" in stream.buffer.getvalue()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from feeler.analysis import compute_dispersion
+from feeler.analysis import compute_dispersion, compute_energy, compute_information
 from feeler.decoding import (
     PrincipalComponents,
     StreamDecoder,
@@ -17,6 +17,7 @@ from feeler.decoding.curves import PeakEncoder
 from feeler.decoding.network import TouchNetwork
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF
+from feeler.errors import InvalidInput
 
 NETWORK = TouchNetwork((16, 40), max_epochs=2)
 WITH_NAMES = [make_lda(3), make_svm(3), NETWORK]
@@ -129,3 +130,19 @@ def test_a_peak_is_where_a_touch_bends_most_from_whichever_side():
     )
     np.testing.assert_array_equal(PeakEncoder(0)(given), PeakEncoder(0)(touches))
     np.testing.assert_array_equal(PeakEncoder(0)(given[:1]), PeakEncoder(0)(touches[:1]))
+
+
+def test_dims_in_another_order_are_put_in_theirs_or_refused(touches):
+    labels = list(touches["feature"].values)
+    turned = touches.transpose("trial", "time", "sensor")
+    for decoder in (make_lda(3), make_svm(3)):
+        wanted = decoder.fit(touches, labels).predict_proba(touches)
+        np.testing.assert_array_equal(decoder.predict_proba(turned), wanted)
+        np.testing.assert_array_equal(
+            decoder.fit(turned, labels).predict_proba(touches), wanted
+        )
+    assert compute_dispersion(turned).average == compute_dispersion(touches).average
+    for refuse in (compute_energy, lambda X: compute_information(X, 0.1)):
+        refuse(turned)
+        with pytest.raises(InvalidInput, match=r"got \(time, sensor, trial\); transpose it"):
+            refuse(touches.transpose("time", "sensor", "trial"))

@@ -354,3 +354,32 @@ def test_what_is_encoded_is_rectified_and_named(touched):
         InvalidInput, match="unknown scale 'huge'; valid: smoke, quick, published, paper"
     ):
         SCALES["huge"]
+
+
+def test_labels_of_sensors_times_and_masks_are_not_passed_over(tmp_path):
+    """Bases are played on their own sensors in their order and at their time between samples."""
+    labels = {"trial": np.arange(6), "sensor": list("vwxyz"), "time": 2.0 * np.arange(30)}
+    labelled = xr.DataArray(TENSORS, dims=("trial", "sensor", "time"), coords=labels)
+    for model in (make().fit(labelled), make().partial_fit(labelled)):
+        code = model.transform(labelled)
+        for again in (model, load_encoder(save_encoder(model, tmp_path / "e.npz"))):
+            np.testing.assert_array_equal(again.transform(TENSORS), code)
+            for ask in (again.transform, again.score, copy.deepcopy(again).partial_fit):
+                with pytest.raises(
+                    InvalidInput,
+                    match="sensors that the bases were learned on in another order",
+                ):
+                    ask(labelled[:, ::-1])
+                with pytest.warns(UserWarning, match="another time between samples"):
+                    ask(labelled.assign_coords(time=np.arange(30)))
+            again.transform(labelled.assign_coords(sensor=list("abcde")))  # other sensors
+    with pytest.raises(InvalidInput, match="not evenly spaced: steps in time from 2 to 8"):
+        make().fit(labelled[:, :, [*range(10), *range(13, 30)]])
+    hidden = labelled > 0.9
+    model = make().fit(labelled, mask=hidden.transpose("time", ...))
+    np.testing.assert_array_equal(
+        model.components_, make().fit(TENSORS, mask=hidden.values).components_
+    )
+    with pytest.raises(InvalidInput, match="other labels along trial than the tensors"):
+        make().fit(labelled, mask=hidden[::-1])
+    model.fit(labelled, mask=hidden[::-1].reindex_like(labelled))

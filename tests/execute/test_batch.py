@@ -320,3 +320,18 @@ def test_a_worker_has_one_thread_within_its_libraries():
     found = [blas["num_threads"] for blas in threadpool_info() if blas["user_api"] == "blas"]
     assert found and set(found) == {1}
     assert os.environ["OMP_NUM_THREADS"] == "1"  # PyTorch reads it, and takes seconds to load
+
+
+@pytest.mark.long
+def test_a_script_without_a_guard_ends_and_says_what_it_needs(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from feeler.execute import ProcessExecutor, run_batch\n"
+        "print(*run_batch(abs, [(0, -1)], executor=ProcessExecutor(1)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, timeout=100, check=False
+    )
+    assert done.returncode == 1
+    assert "worker that imports its script starts no processes" in done.stderr
+    assert 'start batches under `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]

@@ -14,7 +14,6 @@ from feeler.encoding.inputs import read_tensors
 from feeler.errors import InvalidInput, StoreError
 from feeler.objects import Ball, Flow, Peg, Trial, Wall, place
 from feeler.objects.meshes import compute_gap_in_space
-from feeler.objects.motion import parse_flow
 from feeler.physics.spec import write_mjcf
 from feeler.plotting.tensors import take_curvature
 from feeler.provenance import to_jsonable
@@ -220,25 +219,3 @@ def test_a_flow_belongs_to_what_a_set_was_made_with(tmp_path):
 def test_where_a_flow_would_be_ignored_it_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="flow drags antennae in space only, and 'bent'"):
         feeler.touch(WHISKER.flatten(), TRIALS[0], flow=STREAM, store=tmp_path / "a.zarr")
-
-
-def test_a_flow_is_read_from_one_line():
-    assert parse_flow("drag=2e-5,x=0.3, y=-0.2,z=0.1") == STREAM
-    assert parse_flow("drag=2e-5,along=0").along == 0.0
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("x=0.3", "needs its drag"),
-        ("drag=1e-5,speed=1", "each of drag, along, x, y, z once at most; got 'speed=1'"),
-        ("drag=1e-5,x", "got 'x'"),
-        ("drag=1e-5,x=1,x=2", "got 'x=2'"),
-        ("drag=much", "'much' is no number"),
-        ("drag=-1", "Flow.drag must be ≥ 0 N·ms/mm², got -1"),
-        ("drag=1,x=nan", "Flow.velocity must be 3 numbers, got .nan"),
-    ],
-)
-def test_a_line_that_says_no_flow_says_why(text, words):
-    with pytest.raises(InvalidInput, match=words):
-        parse_flow(text)

@@ -73,12 +73,6 @@ DRAWING = b"""<svg xmlns="http://www.w3.org/2000/svg" width="50mm" viewBox="0 0 
 """
 SHAPES = b"""<svg xmlns="http://www.w3.org/2000/svg" width="2in" height="20mm"><rect width="8"
  height="4" rx="1"/></svg>"""
-LINE, ARC = "LINE 100:AcDbEntity 8:0 100:AcDbLine", "ARC 100:AcDbEntity 8:0 100:AcDbCircle"
-LOOP = f"{LINE} 10:0 20:0 11:4 21:0|{ARC} 10:4 20:1 40:1 100:AcDbArc 50:270 51:90"
-LOOP += f"|{LINE} 10:4 20:2 11:0 21:2|{LINE} 10:0 20:2 11:0 21:0"
-EDGE = "LWPOLYLINE 100:AcDbEntity 8:edge 100:AcDbPolyline 90:3 70:1 10:0 20:2 10:-1 20:1 42:0.5"
-EDGE += " 10:0 20:0"
-DISC = "CIRCLE 100:AcDbEntity 8:0 100:AcDbCircle 10:5 20:5 40:3"
 OBJECTS = b"""[[object]]
 shape = "ball"
 radius = 3.0
@@ -125,21 +119,9 @@ def make_file(name: str) -> bytes:
         return path.read_bytes()
 
 
-def make_dxf(entities: str) -> bytes:
-    """A drawing in millimetres of entities such as "LINE 8:0 10:0 …", with bars between them."""
-    head = (
-        "0 SECTION 2 HEADER 9 $ACADVER 1 AC1015 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES"
-    )
-    lines = head.split(" ")
-    for entity in entities.split("|"):
-        kind, *values = entity.split()
-        lines += ["0", kind, *(part for value in values for part in value.split(":"))]
-    return "\n".join([*lines, "0", "ENDSEC", "0", "EOF", ""]).encode()
-
-
 def _write(path: Path) -> None:
-    if path.name in ("robot.toml", "moulded.toml"):
-        write_robot(path, 3, moulded=path.name == "moulded.toml")
+    if path.name == "robot.toml":
+        write_robot(path, 3)
     elif path.suffix == ".toml":
         more = (
             {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]}

@@ -122,7 +122,7 @@ def test_a_reader_that_crashes_or_hangs_is_contained(tmp_path, function, words):
         )
 
 
-CIRCLE = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n{}\n0\nENDSEC\n0\nEOF\n"
+CIRCLE = '<svg xmlns="http://www.w3.org/2000/svg" width="9mm"><circle r="{}"/></svg>'
 CURVE = " C 900000 100000 2 -1000000 3 0"
 DRAWN = '<svg xmlns="http://www.w3.org/2000/svg" width="10mm"><path d="M0 0{}Z"/></svg>'
 
@@ -136,11 +136,11 @@ DRAWN = '<svg xmlns="http://www.w3.org/2000/svg" width="10mm"><path d="M0 0{}Z"/
 )
 def test_a_circle_too_large_to_draw_is_refused(tmp_path, radius, size, monkeypatch):
     monkeypatch.setenv("FEELER_MAX_GIB", "0.1")
-    (tmp_path / "a.dxf").write_text(CIRCLE.format(radius))
+    (tmp_path / "a.svg").write_text(CIRCLE.format(radius))
     with pytest.raises(
         InvalidInput, match=r"more than 1,000 corners|not finite|no shape|extent"
     ):
-        Outline.from_file(tmp_path / "a.dxf", **size)
+        Outline.from_file(tmp_path / "a.svg", **size)
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def load_landmarks(path: Path) -> None:
 
 READERS = {
     "antenna": Reader(load_antenna, ("small.toml", "sensors.toml"), shape_toml),
-    "robot": Reader(load_robot, ("robot.toml", "moulded.toml"), shape_toml),
+    "robot": Reader(load_robot, ("robot.toml",), shape_toml),
     "plan": Reader(load_plan, (TEMPLATE.encode(),), shape_toml),
     "objects": Reader(load_objects, (files.OBJECTS,), shape_toml),
     "svg": Reader(
@@ -99,12 +99,6 @@ READERS = {
         (files.DRAWING, files.SHAPES),
         shape_text,
         "input.svg",
-    ),
-    "dxf": Reader(
-        Outline.from_file,
-        tuple(map(files.make_dxf, (files.LOOP, files.DISC, files.EDGE))),
-        shape_text,
-        "input.dxf",
     ),
     "corners": Reader(
         Outline.from_file, (b"x,y\n0,-1\n4,-1\n4,1\n0,1\n",), shape_text, "input.csv"

@@ -2,14 +2,11 @@
 named.
 """
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
 from feeler import Outline
 from feeler.errors import InvalidInput
-from feeler.objects.shapes import measure_area
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {page}>{inside}</svg>'
 PAGE = 'width="50mm" height="20mm" viewBox="0 0 100 40"'  # half a millimetre a unit
@@ -22,25 +19,11 @@ def write_svg(path, inside, page=PAGE):
     return path
 
 
-def write_dxf(path, draw, units=4):
-    ezdxf = pytest.importorskip("ezdxf")
-    document = ezdxf.new()
-    document.units = units
-    draw(document.modelspace())
-    document.saveas(path)
-    return path
-
-
 def test_every_format_gives_the_same_plate(tmp_path):
     (tmp_path / "a.csv").write_text("x,y\n0,-1\n4,-1\n4,1\n0,1\n")
     write_svg(tmp_path / "a.svg", RECTANGLE)
-    write_dxf(
-        tmp_path / "a.dxf",
-        lambda m: m.add_lwpolyline([(7, 3), (11, 3), (11, 5), (7, 5)], close=True),
-    )
     plates = [
-        Outline.from_file(tmp_path / f"a.{ending}", name="plate")
-        for ending in ("csv", "svg", "dxf")
+        Outline.from_file(tmp_path / f"a.{ending}", name="plate") for ending in ("csv", "svg")
     ]
     for plate in plates:
         assert {tuple(corner) for corner in np.round(plate.vertices, 12)} == {
@@ -49,36 +32,6 @@ def test_every_format_gives_the_same_plate(tmp_path):
             (-4, 1),
             (-4, -1),
         }
-
-
-def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
-    def draw(m):
-        m.add_line((0, 0), (4, 0))
-        m.add_line((4, 2), (4, 0))
-        m.add_line((0, 2), (4, 2))
-        m.add_arc((0, 1), 1, 90, 270)
-        m.add_line((9, 9), (10, 10))
-
-    outline = Outline.from_file(
-        write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001
-    )  # centimetres
-    assert abs(measure_area(outline.vertices)) == pytest.approx(100 * (8 + np.pi / 2), rel=1e-3)
-
-
-def test_only_lines_that_meet_are_joined(tmp_path):
-    square = [(0, 0), (4, 0), (4, 2), (0, 2), (0, 0)]
-    beside = [(x + 4.5, y) for x, y in square]
-
-    def write(*strokes):
-        return write_dxf(
-            tmp_path / "a.dxf",
-            lambda m: [m.add_line(*line) for k in strokes for line in pairwise(k)],
-        )
-
-    with pytest.raises(InvalidInput, match="no closed path"):
-        Outline.from_file(write([*square[:-1], (0, 0.5)]))
-    with pytest.raises(InvalidInput, match="2 closed paths"):
-        Outline.from_file(write(square, beside))
 
 
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
@@ -139,8 +92,7 @@ def test_drawings_without_one_outline_are_refused(tmp_path, inside, page, option
         ("a.csv", "0,0\n1,one\n2,2\n", "cannot be read as a CSV"),
         ("a.csv", "0,0\n1,1\n", "3 to 1000 points"),
         ("a.csv", "x,y\n0,0\n1,nan\n2,2\n", "not finite, number 2: 1 nan"),
-        ("a.dxf", "nonsense", "cannot be read as a DXF"),
-        ("a.png", "", "none of .svg, .dxf, .csv"),
+        ("a.png", "", "none of .svg, .csv"),
         ("gone.svg", None, "cannot read .*no such file. Check the path"),
     ],
 )
@@ -152,7 +104,7 @@ def test_files_that_are_no_drawing_are_refused(tmp_path, name, text, match):
 
 
 def test_a_drawing_without_unit_is_sized_by_its_width(tmp_path):
-    path = write_dxf(tmp_path / "a.dxf", lambda m: m.add_circle((5, 5), 3), units=0)
+    path = write_svg(tmp_path / "a.svg", CIRCLE, 'viewBox="0 0 100 40"')
     with pytest.raises(InvalidInput, match="how long its unit is"):
         Outline.from_file(path)
     assert Outline.from_file(path, width=2.0, tolerance=1e-3).size == pytest.approx(

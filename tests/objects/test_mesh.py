@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
 
 import feeler
 from feeler.errors import InvalidInput
@@ -116,30 +115,6 @@ def test_a_mesh_that_starts_around_the_antenna_is_refused():
     inside = Object(feature=WEDGE, place=(x + 1.2, y, z - 0.1))
     with pytest.raises(InvalidInput, match="starts inside the antenna"):
         Simulation(whisker, inside)
-
-
-def test_wedges_fill_what_lies_below_a_ground_of_heights():
-    """Their volume is the ground's: a third of three heights over each triangle; none overlap."""
-    heights = np.random.default_rng(4).normal(size=(4, 6))
-    ground = Mesh.from_heights(heights, 0.7, depth=2.0)
-    wedges = np.split(ground.vertices, ground.starts[1:])
-    assert len(wedges) == 2 * 3 * 5
-    over = heights - heights.min() + 2.0
-    one, beside, below, last = over[:-1, :-1], over[:-1, 1:], over[1:, :-1], over[1:, 1:]
-    wanted = 0.5 * 0.7**2 * ((one + below + last) / 3 + (one + last + beside) / 3).sum()
-    assert sum(ConvexHull(wedge).volume for wedge in wedges) == pytest.approx(wanted)
-    assert ground.vertices[:, 0].max() == 0.0
-    highest = ground.vertices[np.argmax(ground.vertices[:, 0]), 1:]
-    row, column = np.unravel_index(heights.argmax(), heights.shape)
-    np.testing.assert_allclose(highest, [0.7 * (row - 1.5), 0.7 * (column - 2.5)])
-
-
-@pytest.mark.parametrize(
-    "heights", [np.zeros((1, 5)), np.full((3, 3), np.nan), np.zeros((30, 30))], ids=str
-)
-def test_heights_that_make_no_ground_are_refused(heights):
-    with pytest.raises(InvalidInput, match="two rows and two columns at least and 416 squares"):
-        Mesh.from_heights(heights, 0.5)
 
 
 def find(corners: np.ndarray, p: np.ndarray, e: np.ndarray):

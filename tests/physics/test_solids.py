@@ -103,7 +103,27 @@ def make_alike(scenes, timestep):
 
 
 LEAF = Outline(vertices=[(0, 0), (-0.5, 0.9), (-0.3, 0.1), (-0.9, -0.4)], half_length=0.7)
-HILLS = Mesh.from_heights(0.25 * np.sin(np.arange(24).reshape(4, 6) ** 1.7), 0.4, depth=1.0)
+
+
+def make_hills() -> Mesh:
+    """Two upright wedges below each square of a ground of uneven heights."""
+    heights = 0.25 * np.sin(np.arange(24).reshape(4, 6) ** 1.7)
+    along, across = (0.4 * (np.arange(n) - (n - 1) / 2) for n in heights.shape)
+    ground = np.stack([heights, *np.meshgrid(along, across, indexing="ij")], axis=2)
+    first, below, beside, last = (
+        ground[:-1, :-1],
+        ground[1:, :-1],
+        ground[:-1, 1:],
+        ground[1:, 1:],
+    )
+    tops = np.stack([[first, below, last], [first, last, beside]]).transpose(2, 3, 0, 1, 4)
+    feet = tops.copy()
+    feet[..., 0] = heights.min() - 1.0
+    wedges = np.concatenate([tops, feet], axis=3).reshape(-1, 3)
+    return Mesh(vertices=wedges, starts=np.arange(0, len(wedges), 6))
+
+
+HILLS = make_hills()
 BODIES = {
     "triangle": Triangle(half_width=0.6, rounding=0.1, half_length=0.9),
     "leaf": LEAF,

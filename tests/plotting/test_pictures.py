@@ -14,7 +14,6 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
 
-from feeler.calibration.hinges import Band
 from feeler.errors import InvalidInput
 from feeler.objects import Ball, Box, Outline, Trial, Wall
 from feeler.plotting import antennas, results
@@ -68,30 +67,6 @@ def test_accuracy_has_a_mean_and_a_spread_at_each_ratio_of_copies_and_of_origina
     assert (
         counts.get_title() == "at noise 0.3" and bar.get_ylabel() == "share of the touches [%]"
     )
-
-
-def test_a_profile_s_band_reaches_from_its_own_low_to_its_own_high_in_its_own_colour():
-    middle = np.array([[3.0, 2.0, 1.0], [0.6, 0.5, 0.2]])
-    low, high = middle * [[0.9], [0.5]], middle * [[1.2], [3.0]]
-    place = np.array([0.0, 0.3, 0.8])
-    animals = SimpleNamespace(
-        animals=("one", "two"),
-        simulated=np.array([[1.0, 0.3, -0.1], [1.0, 0.2, 0.1]]),
-        band=Band(place=place, middle=middle, low=low, high=high),
-    )
-    trace, profile = results.draw_traces(animals).axes
-    drawn = {line.get_label(): line.get_ydata().tolist() for line in trace.lines}
-    assert drawn == dict(zip(animals.animals, animals.simulated.tolist(), strict=True))
-    assert name(trace) == ("sample", "displacement [1 at the release]", "as fitted")
-    words = ["stiffness [N·mm/rad]", "damping [N·mm·ms/rad]"]
-    assert [line.get_label() for line in profile.lines] == list_legend(profile) == words
-    for k, (line, area) in enumerate(zip(profile.lines, profile.collections, strict=True)):
-        np.testing.assert_array_equal(read(line), np.column_stack([place, middle[k]]))
-        corners = {(x, y) for x, y in area.get_paths()[0].vertices.tolist()}
-        rims = {*zip(place, low[k], strict=True), *zip(place, high[k], strict=True)}
-        assert rims <= corners <= rims
-        assert to_hex(area.get_facecolor()[0]) == to_hex(line.get_color())
-    assert profile.get_xlabel() == "place (base 0, tip 1)" and profile.get_yscale() == "log"
 
 
 def test_a_design_s_hinges_are_counted_from_1_and_its_cost_holds_until_it_falls():

@@ -5,15 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from calibration._fits import make_fit
 
 import feeler
 from feeler.calibration import Film, ForceCurve
-from feeler.calibration.hinges import Band
 from feeler.decoding.sweeps import Sweep
 from feeler.design.search import Candidate, Design, Optimum
 from feeler.encoding import ConvolutiveNMF
-from feeler.plotting.results import draw_traces
+from feeler.plotting.results import draw_measurements
 from feeler.wall import Posture, approach
 
 
@@ -27,12 +25,6 @@ def make_sweep():
         kept_noisy=np.ones((3, 2)),
         kept_clean=np.ones((3, 2)),
     )
-
-
-def make_fit_with_band():
-    middle = np.array([[3.0, 2.0, 1.0], [0.6, 0.5, 0.2]])
-    place = np.array([0.0, 0.3, 0.8])
-    return make_fit(band=Band(place=place, middle=middle, low=0.8 * middle, high=2 * middle))
 
 
 def make_optimum():
@@ -73,14 +65,12 @@ def make_sweep_of_walls():
     ("made", "axes", "lines"),
     [
         (make_sweep, 3, [("clean", [100.0, 90.0, 65.0])]),
-        (make_fit_with_band, 2, [("stiffness", [3.0, 2.0, 1.0])]),
-        (make_fit, 2, []),
         (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
         (make_curve, 1, [("force in mN", [0.0, 1.0, 2.5])]),
         (make_small_film, 1, [("tip", ASIDE)]),
         (make_sweep_of_walls, 1, []),
     ],
-    ids=["sweep", "calibration", "by targets", "design", "force", "film", "wall"],
+    ids=["sweep", "design", "force", "film", "wall"],
 )
 def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
     result = made()
@@ -103,11 +93,17 @@ def test_an_interval_reaches_from_its_own_low_to_its_own_high():
         "low": np.array([1.1, 2.5]),
         "high": np.array([1.9, 3.1]),
     }
-    simulated = np.array([[1.0, 0.2], [1.0, 0.3]])
-    fitted = SimpleNamespace(animals=("a", "b"), simulated=simulated, names=("k", "c"), **ends)
-    _, profile = draw_traces(SimpleNamespace(**vars(fitted), band=None)).axes
-    (bars,) = profile.collections
-    spans = [segment[:, 1].tolist() for segment in bars.get_segments()]
+    antenna = feeler.presets.robot()
+    fitted = SimpleNamespace(
+        names=("stiffness", "damping_tilt"),
+        each=ends["p"][None],
+        determined=(True, False),
+        start=antenna,
+        antenna=antenna,
+        **ends,
+    )
+    factors, _ = draw_measurements(fitted).axes
+    spans = [one[:, 1].tolist() for bars in factors.collections for one in bars.get_segments()]
     np.testing.assert_allclose(spans, np.column_stack([ends["low"], ends["high"]]))
 
 

@@ -25,14 +25,14 @@ LIBRARIES = {
     "cnn": ("torch",),
     "robot": ("serial",),
     "ros": ("mcap", "mcap_ros2", "rosbags"),
-    "outlines": ("svgpathtools", "ezdxf"),
+    "outlines": ("svgpathtools",),
     "meshes": ("trimesh", "coacd", "fast_simplification"),
     "movie": ("imageio_ffmpeg",),
     "nwb": ("pynwb", "ndx_pose"),
     "active": ("gymnasium",),
     "notebook": ("anywidget",),
     "cluster": ("dask", "distributed"),
-    "design": ("cma", "pysensors"),
+    "design": ("cma",),
     "parquet": ("pyarrow",),
 }
 CALLS = [
@@ -45,7 +45,7 @@ CALLS = [
     ("cnn", "feeler.decoding.network:import_torch"),
     ("robot", "feeler.robot.stream:open_serial nowhere"),
     *(("ros", f"feeler.tensors.bags:describe_bag {name}") for name in ("a.mcap", "a.db3")),
-    *(("outlines", f"touch --feature outline --outline x{end}") for end in (".svg", ".dxf")),
+    ("outlines", "touch --feature outline --outline x.svg"),
     ("meshes", "touch --feature mesh:file=x.stl"),
     ("nwb", "convert t.nc t.nwb"),
     ("active", "import feeler.active.environment"),
@@ -82,7 +82,7 @@ tensors = feeler.touch(feeler.presets.cockroach(), trial, duration=2.0)
 feeler.ConvolutiveNMF(n_components=1, n_lags=2, max_iter=2).fit(abs(tensors["angle"]).values)
 save(tensors, "t.nc")
 open("m.safetensors", "wb").write(bytes([2, *[0] * 7]) + b"{}")
-open("x.svg", "w").write("<svg/>"), open("x.dxf", "w").write("0"), open("x.stl", "w").write("solid")
+open("x.svg", "w").write("<svg/>"), open("x.stl", "w").write("solid")
 warnings.simplefilter("ignore")
 
 

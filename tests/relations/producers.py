@@ -294,27 +294,18 @@ def ask_tracks(world: World) -> Answer:
 
 
 def ask_release(world: World) -> Answer:
-    """``feeler calibrate --data --by targets --json``."""
+    """``feeler calibrate --data --json``."""
     columns = dict(world.columns)
     time_ms = columns.pop("time")
     clock = time_ms / {"time_ms": 1.0, "time_s": 1000.0, "frame": 0.5}[world.clock]
     rows = np.column_stack([clock, *columns.values()])
     text = "\n".join(",".join(f"{v:.12g}" for v in row) for row in rows)
-    words = [
-        "--data",
-        "film.csv",
-        "--by",
-        "targets",
-        "--evaluations",
-        "12",
-        "--release",
-        "first",
-    ]
+    words = ["--data", "film.csv", "--release", "first"]
     words += ["--frame-rate", "2000"] if world.clock == "frame" else []
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "film.csv").write_text(f"{','.join([world.clock, *columns])}\n{text}\n")
         found = read_json(run("calibrate", *words, "--json", cwd=folder))
-    return {k: v for k, v in found.items() if isinstance(v, float) and "second" not in k}
+    return {k: v for k, v in found.items() if k.startswith(("p.", "p[", "low", "high"))}
 
 
 def ask_wall(world: World) -> Answer:

@@ -4,7 +4,6 @@ they are.
 
 import json
 import re
-from time import monotonic
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from feeler.decoding.transfer import find_first_peak
 from feeler.errors import InvalidInput
 from feeler.objects import load_objects
 from feeler.robot import (
-    PARTS,
     compute_tip,
     draw_robots,
     fit_factors,
@@ -33,7 +31,6 @@ from feeler.robot import (
 from feeler.robot.classify import judge_recording
 from feeler.robot.fit import make_posture
 from feeler.robot.recordings import Recording
-from feeler.robot.stream import read_samples
 
 OBJECTS = """
 [[object]]
@@ -225,50 +222,6 @@ def test_noise_drift_and_taps_beside_are_unlike_any_touch(classifier):
     assert np.mean(strange) >= 0.95
 
 
-def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypatch):
-    monkeypatch.setattr(
-        "feeler.robot.reality.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")}
-    )
-    asked = (
-        "--antenna",
-        lab / "robot.toml",
-        "--objects",
-        lab / "objects.toml",
-        "--speeds",
-        "0.3",
-        "--locations",
-        "0.9",
-    )
-    done = run("robot", "gap", *asked, "--robots", 1, "--out", lab / "gap", "--json")
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
-    assert found["contacts"] == 2 and list(found["shares"]) == ["gain", "hysteresis"]
-    assert all(
-        0 <= low <= value <= high <= 1 for value, low, high in found["shares"]["gain"].values()
-    )
-    assert json.loads((lab / "gap" / "robot.json").read_text())["contacts"] == 2
-    page = (lab / "gap" / "robot.html").read_text()
-    assert (
-        "What the gap costs" in page
-        and "hysteresis" in page
-        and page.count("data:image/png") == 1
-    )
-
-
-def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(tmp_path):
-    time = np.arange(0.0, 200.0)
-    values = np.outer(np.arange(1, 9), np.sin(np.arange(200) / 9)) / 4
-    save_recording(Recording(time=time, values=values, quantity="angle"), tmp_path / "r.csv")
-    began = monotonic()
-    done = run("robot", "replay", tmp_path / "r.csv")
-    assert monotonic() - began > 0.199 and done.exit_code == 0
-    samples = list(read_samples(done.output.splitlines(), 8))
-    np.testing.assert_allclose([at for at, _ in samples], time)
-    np.testing.assert_allclose(
-        np.transpose([one for _, one in samples]), values, rtol=1e-4, atol=1e-4
-    )
-
-
 def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):
     assert (
         run("robot", "board", tmp_path / "b.ino", "--channels", 12, "--rate", 100).exit_code
@@ -277,33 +230,6 @@ def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):
     text = (tmp_path / "b.ino").read_text()
     assert "CHANNELS = 12;" in text and "RATE = 100;" in text
     assert "exists already" in str(run("robot", "board", tmp_path / "b.ino").exception)
-
-
-def test_a_moulded_robot_is_the_beam_of_its_material(tmp_path):
-    path = tmp_path / "soft.toml"
-    write_robot(path, 5, moulded=True)
-    antenna = load_robot(path).antenna
-    text = path.read_text()
-    x = np.arange(5) / 5
-    moment = np.pi / 64 * (4 - 2 * x) ** 4
-    expected = 0.8 * moment / 8 * np.array([2, 1, 1, 1, 1])  # the first hinge stands for half
-    np.testing.assert_allclose(antenna.stiffness, expected)
-    np.testing.assert_allclose(antenna.damping, 2.0 * expected)
-    np.testing.assert_allclose(antenna.radius, (4 - 2 * (x + 0.1)) / 2)
-    strip = text.replace('diameter = "4 - 2 * x"', "#").replace("# width", "width")
-    path.write_text(strip.replace("# thickness", "thickness"))
-    np.testing.assert_allclose(
-        load_robot(path).antenna.stiffness, 0.8 * 6 * 2**3 / 12 / 8 * np.array([2, 1, 1, 1, 1])
-    )
-    for wrong, message in [
-        (strip, "needs diameter .mm., or width and thickness"),
-        (text.replace("[beam]", "[links]"), "soft.toml: .*links"),
-        (text.replace('"4 - 2 * x"', '"4 - 5 * x"'), "radius must be finite and > 0 all along"),
-        (text + "[links]\nlength = 8\nmass = 1\nradius = 1\n", "one or the other"),
-    ]:
-        path.write_text(wrong)
-        with pytest.raises(InvalidInput, match=message):
-            load_robot(path)
 
 
 @pytest.mark.parametrize("robots", [1, 2])

@@ -10,7 +10,6 @@ from feeler.errors import InvalidInput
 from feeler.robot import (
     Gap,
     Recording,
-    add_robots,
     align_recordings,
     draw_robots,
     make_touches,
@@ -61,17 +60,6 @@ def test_variants_keep_labels_and_differ():
     assert np.abs(training.values[2] - training.values[0]).max() > 1e-3
     with pytest.raises(InvalidInput, match="needs rng="):
         make_training(trials=touches, n_variants=1)
-
-
-def test_whole_robots_join_the_training_with_their_faults():
-    touches = _fast()[-2:]
-    training = make_training(trials=touches)
-    joined = add_robots(training, draw_robots(1.0, 2, seed=9), touches)
-    assert joined.labels == training.labels * 3
-    np.testing.assert_array_equal(joined.values[:2], training.values)
-    assert (
-        np.ptp(training.motions[0][:, :15]) == 0 < np.ptp(joined.motions[2][:, :15])
-    )  # a sensor never rests exactly
 
 
 def test_one_own_touch_suffices_where_touches_repeat_exactly(training):

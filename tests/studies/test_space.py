@@ -65,10 +65,10 @@ def test_those_in_the_plane_are_the_same_touches():
 
 def test_the_study_goes_on_from_its_journal(tmp_path):
     """And gives what claims need, above chance."""
-    path = tmp_path / "space.jsonl"
-    assert not any(measure.compute(path, minutes=0.0, **TINY).values())
-    found = measure.compute(path, **TINY)
-    assert measure.compute(path, minutes=0.0, **TINY) == found
+    found = measure.compute(tmp_path, **TINY)
+    written = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert measure.compute(tmp_path, **TINY) == found
+    assert written == {path: path.read_bytes() for path in tmp_path.iterdir()}
     values = collect_values(found)
     assert all(one.list_keys() <= set(values) for one in OWN)
     assert values["space.right.plane.exponential.templates.both_planes"]["value"] > 30

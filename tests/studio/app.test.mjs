@@ -29,7 +29,7 @@ Object.assign(globalThis, {
   setTimeout: (next, ms) => { timers.push({ next, ms }); return timers.length; }, clearTimeout: (number) => { if (timers[number - 1]) timers[number - 1].next = () => {}; },
 });
 const { App, makeStatus } = await import("./studio.js"), { makeState } = await import("./state.js"), { linkServer, linkModel } = await import("./link.js");
-const { findFrame, makeTurnableScene } = await import("./turnable.js"), { makeAntennaPanel, makeTouchPanel, makeWallPanel } = await import("./controls.js"), { makeTags } = await import("./tags.js");
+const { findFrame, makeTurnableScene } = await import("./turnable.js"), { makeAntennaPanel, makeTouchPanel } = await import("./controls.js"), { makeTags } = await import("./tags.js");
 const { readTouch, startAlone } = await import("./alone.js"), { Host } = await import("./host.js"), { makeTour } = await import("./tour.js"), { TouchRecord } = await import("./record.js"), { makeStagePanel, makeStudyPanel, makeTensorPanel } = await import("./stage.js"), { makeShare } = await import("./share.js");
 
 const near = (a, b, off = 1e-9) => assert.ok(Math.abs(a - b) <= off * Math.max(1, Math.abs(b)), `${a} is not ${b}`);
@@ -72,10 +72,6 @@ test("a change asks for both antennas' touches, coarsely only while something is
 
 test("a mode asks for what is its own once it is set, and what another mode had going ends", () => {
   const app = open();
-  app.store.change((s) => { s.mode = "wall"; s.wall = { turn: -25, speed: 0.35 }; }, false);
-  assert.deepEqual(app.take(), []); // while the slider is held nothing runs
-  app.store.change((s) => { s.A = { preset: "linear" }; });
-  assert.deepEqual(app.take(), [{ id: 1, type: "follow", slot: "A", antenna: { preset: "linear" }, turn: -25, speed: 0.35 }]);
   app.store.change((s) => { s.mode = "hand"; });
   assert.deepEqual(app.take().map(({ type, wish }) => [type, wish.preview]), [["touch", false]]);
   app.handPace = 0.3;
@@ -182,7 +178,8 @@ test("a study is asked for once for each antenna, speed and doubt, and is stale 
 
 test("an antenna that is opened is the chosen one, a recording the first, and a second answer to it does not begin it anew", () => {
   const app = open(), toml = "schema = 1", header = { type: "opened", what: "antenna", antenna: { toml, name: "mine" }, original: { ...ANTENNA, length: 31 } };
-  app.store.change((s) => { s.B = { preset: "linear" }; s.mode = "wall"; });
+  app.store.change((s) => { s.B = { preset: "linear" }; s.mode = "hand"; });
+  app.take();
   app.slot = "B";
   app.hear(header, {});
   assert.deepEqual([app.store.state.B, app.store.state.A.preset, app.store.state.mode, app.findOriginal("B").length], [{ toml, name: "mine" }, "exponential", "touch", 31]);

@@ -62,7 +62,7 @@ globalThis.Path2D = class {
   closePath() {}
 };
 const { makeScene } = await import("./scene.js"), { makeTensor } = await import("./tensor.js");
-const { makeWallChart, makeWallScene } = await import("./wall.js"), { makeSpikePanel, Nerve } = await import("./spikes.js"), { makeEditor } = await import("./editor.js"), { makeBoardPanel } = await import("./board.js"), { makeStagePanel } = await import("./stage.js");
+const { makeSpikePanel, Nerve } = await import("./spikes.js"), { makeEditor } = await import("./editor.js"), { makeBoardPanel } = await import("./board.js"), { makeStagePanel } = await import("./stage.js");
 const { makeCodePanel, makeSetPanel, makeVerdictPanel } = await import("./charts.js"), { TouchRecord } = await import("./record.js");
 
 const near = (a, b, off = 1e-5) => assert.ok(Math.abs(a - b) <= off * Math.max(1, Math.abs(b)), `${a} is not ${b}`);
@@ -339,51 +339,6 @@ test("a pair of the set is named, coloured, drawn and valued as what it is, unde
   assert.equal(rects.length, 16);
   map.tell("click", {});
   assert.deepEqual(app.store.state.touch, { kind: "ball", size: 1.5, location: 0.5, speed: 0.2 });
-});
-
-/** A body that runs past a wall, 7 samples. */
-function makeWall() {
-  const body = Array.from({ length: 7 }, (_, k) => [0.4 * k, 5 * k, 0.1 + 0.03 * k]), angle = [0.02, 0.3, -0.5, 0.1];
-  return { n: 7, body: body.flat(), angle: body.map((_, k) => angle.map((value) => value * (1 + 0.1 * k))),
-    header: { antenna: { ...ANTENNA, segments: [6, 2, 4, 3], rest: [0, 0.02, -0.01, 0] }, heading: 0.5, wall: [[9, -50], [9, 20], [3, 60]] },
-    end: { target: 11, error: 1.234, nearest: 0.321, collided: false, distance: new Float32Array([12, 10, 9, 11, 13, 14, 15]), estimate: new Float32Array([NaN, 11, 10, NaN, 12, 13, 16]) } };
-}
-
-test("along a wall, body, trail, wall and antenna stand at one scale, and the ring is round the hinge that bends most per length", () => {
-  const wall = makeWall(), app = makeApp({ walls: { A: wall }, time: 5 }), { ink } = paint(makeWallScene, app);
-  const [flagellum, ring] = [ink.strokes.filter(({ points }) => points.length === 2 && points[0].length === 2).slice(-4).map((one) => one.points), ink.strokes.find(({ points }) => points[0].length === 3).points[0]];
-  const [x, y, heading] = wall.body.slice(15, 18), scale = Math.hypot(flagellum[0][1][0] - flagellum[0][0][0], flagellum[0][1][1] - flagellum[0][0][1]) / 6, base = flagellum[0][0];
-  const place = (a, b) => [base[0] + (b - y) * scale, base[1] + (a - x) * scale];
-  let turn = heading + 0.5, at = [x, y];
-  const hinges = wall.angle[5].map((angle, k) => { const from = at; turn += angle; at = [at[0] + wall.header.antenna.segments[k] * Math.sin(turn), at[1] + wall.header.antenna.segments[k] * Math.cos(turn)]; return [from, at]; });
-  all(flagellum, hinges.map((pair) => pair.map((one) => place(...one))));
-  checkInside(ink, [{ points: flagellum.flat() }]);
-  const bends = wall.angle[5].map((angle, k) => Math.abs(angle - wall.header.antenna.rest[k]) / wall.header.antenna.segments[k]), most = Math.max(...bends);
-  assert.deepEqual(ink.strokes.filter(({ points }) => points.length === 2 && points[0].length === 2).slice(-4).map((one) => one.ink), bends.map((bend) => (bend / most < 0.06 ? "body" : pick(HOT, 0.35 + (0.5 * bend) / most))));
-  all(ring.slice(0, 2), place(...hinges[1][0])); // 0.45 over 2 mm is more than 0.74 over 4 mm
-  all(ink.strokes.find((one) => one.ink === "rim" && one.points.length === 3).points, wall.header.wall.map((one) => place(...one)));
-  all(ink.strokes.find((one) => one.ink === SLOT_COLOURS.A).points, [0, 3].map((k) => place(wall.body[3 * k], wall.body[3 * k + 1])));
-  const ringed = ink.strokes.find(({ points }) => points[0].length === 3).points[0], late = paint(makeWallScene, Object.assign(app, { time: 99 })).ink;
-  assert.notDeepEqual(late.strokes.find(({ points }) => points[0].length === 3).points[0], ringed);
-  all(late.fills.filter((one) => one.points[0].length === 5).map((one) => one.points[0][4]), [0.28, 0.28]); // after the end: the last sample
-  app.time = 5;
-  for (const { points: [trunk] } of ink.fills.filter((one) => one.points[0].length === 5)) near(trunk[4], heading);
-});
-
-test("true and felt distance stand over their milliseconds at the height of their millimetres, and the error is the error", () => {
-  const wall = makeWall(), app = makeApp({ walls: { A: wall }, time: 3, duration: () => 7 }), { ink } = paint(makeWallChart, app);
-  const level = (mm) => ink.texts.find((one) => one.words === (mm === 20 ? "20 mm" : String(mm)) && one.ink === "soft" && one.x < 48).y - 4, start = ink.texts.find((one) => one.words === "0 ms").x;
-  near(level(10), (level(0) + level(20)) / 2);
-  checkInside(ink, ink.strokes);
-  const x = (k) => start + ((690 - start) * k) / 7, y = (mm) => level(0) + ((level(20) - level(0)) * mm) / 20, line = (colour) => ink.strokes.find((one) => one.ink === colour).points;
-  all(line(SLOT_COLOURS.A), [...wall.end.distance].map((mm, k) => [x(k), y(mm)]));
-  all(line(SLOT_COLOURS.B), [1, 2, 4, 5, 6].map((k) => [x(k), y(wall.end.estimate[k])]));
-  all(ink.strokes.find((one) => one.dash.length).points.map((one) => one[1]), [y(11), y(11)]);
-  all(ink.strokes.filter((one) => one.ink === "accent").at(-1).points.map((one) => one[0]), [x(3), x(3)]);
-  const said = (more) => { Object.assign(wall.end, more); return paint(makeWallChart, app).ink.texts.map((one) => one.words); };
-  assert.ok(said({}).includes("off target by 1.2 mm (rms)"));
-  assert.ok(said({ collided: true }).includes("ran into the wall"));
-  for (const [words, colour] of [["true distance", SLOT_COLOURS.A], ["felt, from the point of greatest curvature", SLOT_COLOURS.B]]) assert.equal(ink.texts.find((one) => one.words === words).ink, colour);
 });
 
 test("a spike stands at its moment, in the row of its sensor and the colour of its side", () => {

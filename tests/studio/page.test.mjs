@@ -14,7 +14,6 @@ import { TouchRecord, unpack } from "./record.js";
 import { Nerve, SENSILLUM } from "./spikes.js";
 import { Store, decodeState, encodeState, makeState, makeWish } from "./state.js";
 import { findTag } from "./tags.js";
-import { WallRecord } from "./wall.js";
 
 const given = JSON.parse(readFileSync(new URL("./given.json", import.meta.url)));
 const near = (a, b, off = 1e-6) => assert.ok(Math.abs(a - b) <= off * Math.max(1, Math.abs(b)), `${a} is not ${b}`);
@@ -124,14 +123,14 @@ test("a live record drops its oldest samples and keeps the order and the clock o
 
 test("a state travels in an address, is undone and redone, and makes its own wish", async () => {
   const state = makeState({ preset: "linear" });
-  Object.assign(state, { mode: "wall", B: { preset: "matched" }, unsure: 0.1 });
+  Object.assign(state, { mode: "board", B: { preset: "matched" }, unsure: 0.1 });
   state.touch.location = 0.61;
   assert.deepEqual(await decodeState(`#s=${await encodeState(state)}`, makeState({})), state);
   assert.equal(await decodeState("#s=nonsense", makeState({})), null);
   for (const part of [{ A: null }, { A: [1] }, { touch: 3 }])
     assert.equal(await decodeState(`#s=${await encodeState({ ...state, ...part })}`, makeState({})), null);
-  const odd = await decodeState(`#s=${await encodeState({ ...state, B: 7, wall: null, touch: { objects: "many" } })}`, makeState({}));
-  assert.deepEqual([odd.B, odd.wall, odd.touch.objects], [null, makeState({}).wall, []]);
+  const odd = await decodeState(`#s=${await encodeState({ ...state, B: 7, mode: "wall", touch: { objects: "many" } })}`, makeState({}));
+  assert.deepEqual([odd.B, odd.mode, odd.touch.objects], [null, "touch", []]);
   const store = new Store(state, () => {});
   store.change((s) => { s.touch.speed = 0.2; }, false);
   store.change((s) => { s.touch.speed = 0.3; });

@@ -180,8 +180,6 @@ def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser, find_ba
         ("touch", "dark", False),
         ("hand", "light", False),
         ("board", "dark", True),
-        ("wall", "light", False),
-        ("wall", "dark", False),
     ):
         browser.execute_script(
             APP

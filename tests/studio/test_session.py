@@ -314,7 +314,6 @@ WORDS = st.sampled_from(
         "aim",
         "save",
         "open",
-        "follow",
         "ports",
         "listen",
         "stop",

@@ -63,7 +63,6 @@ def test_what_is_sent_is_the_touch_and_its_turnable_view():
     [
         {"type": "hand", "wish": WISH},
         {"type": "study", "antenna": WISH["antenna"], "speed": 0.3},
-        {"type": "follow", "antenna": WISH["antenna"]},
         {"type": "listen", "antenna": WISH["antenna"], "port": "x"},
         {"type": "save", "wish": WISH, "what": "mp4"},
         {"type": "save", "wish": WISH, "what": "html"},

@@ -19,7 +19,6 @@ from feeler.antenna.files import write_antenna
 from feeler.errors import InvalidInput
 from feeler.studio import live as hand
 from feeler.studio import live as opening
-from feeler.studio import session as running
 from feeler.studio.export import _write_script
 from feeler.studio.live import Listener
 from feeler.studio.requests import (
@@ -59,10 +58,6 @@ def talk(*messages):
         (
             {"type": "hand", "wish": {}, "pace": 1.5},
             "pace must be a number from 0.001 to 1, got 1.5",
-        ),
-        (
-            {"type": "follow", "antenna": {}, "turn": -80},
-            "turn must be a number from -79 to 79, got -80",
         ),
         (
             {"type": "save", "what": "gif", "wish": {}},
@@ -255,19 +250,3 @@ def test_messages_come_out_as_they_went_in(values, name):
 def test_what_is_no_message_is_refused(text):
     with pytest.raises(InvalidInput, match="message must be"):
         _read_message(text)
-
-
-def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
-    """Without friction the maps of two speeds are one map, so no number on the page tells them
-    apart.
-    """
-    made = []
-    running._find_map.cache_clear()
-    monkeypatch.setattr(
-        running, "calibrate", lambda antenna, *, speed: made.append(speed) or (antenna, speed)
-    )
-    asked = [(make_antenna(), 0.7), (make_antenna(), 0.2), (feeler.presets.robot(), 0.2)]
-    for antenna, speed in 2 * asked:
-        assert running._find_map(antenna, speed) == (antenna, speed)
-    assert made == [0.7, 0.2, 0.2]
-    running._find_map.cache_clear()

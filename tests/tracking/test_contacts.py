@@ -281,3 +281,60 @@ def test_opposite_sides_agree_best_half_a_period_later(frequency):
     found = compare_sides(left, right, STEP)
     assert abs(found.lag) == pytest.approx(500.0 / frequency, abs=STEP)
     assert found.correlation < -0.95 < 0.99 < found.best_correlation
+
+
+def test_a_place_that_is_left_out_as_an_error_touches_nothing(tmp_path):
+    """Five jumps onto the far wall, of which the speeds know, are no contacts; kept, they are."""
+    walk = pd.read_csv(write_walk(tmp_path / "walk.csv"))
+    walk.loc[20::80, ["left_tip_x", "left_tip_y"]] = (299.0, 90.0)
+    walk.to_csv(tmp_path / "jumps.csv", index=False)
+    asked = ("--frame-rate", 200, "--contact", "0,85,600,85", "--within", 9, "--json")
+    for more, n in (((), 0), (("--outliers", "keep"), 5)):
+        trial = json.loads(run(tmp_path / "jumps.csv", *asked, *more))["trials"][0]
+        assert len(trial["contacts"]) == n and bool(trial["left_out"]) == (n == 0)
+
+
+def test_a_wall_is_where_the_chosen_plane_has_it(tmp_path):
+    """In a chosen plane the second axis points upwards, for the wall as for the tracks."""
+    walk = pd.read_csv(write_walk(tmp_path / "walk.csv"))
+    for name in ("left_tip", "right_tip", "head", "abdomen"):
+        walk[f"{name}_z"], walk[f"{name}_y"] = 0.0, -walk[f"{name}_y"]
+    walk.to_csv(tmp_path / "space.csv", index=False)
+    asked = ("--frame-rate", 200, "--within", 4, "--json")
+    flat = run(tmp_path / "walk.csv", *asked, "--contact", "394,100,394,400")
+    up = run(tmp_path / "space.csv", *asked, "--contact", "394,-100,394,-400", "--plane", "xy")
+    one, other = (json.loads(said)["trials"][0]["contacts"] for said in (flat, up))
+    names = ("side", "first_frame", "last_frame")
+    assert one and [[c[n] for n in names] for c in one] == [
+        [c[n] for n in names] for c in other
+    ]
+
+
+def test_films_of_one_name_in_several_folders_stay_apart(tmp_path):
+    """Each has its own rows, file and animal; a sheet that cannot say which is refused."""
+    walks = []
+    for k, name in enumerate(("a", "b")):
+        (tmp_path / name).mkdir()
+        walks.append(write_walk(tmp_path / name / "walk.csv", late=40.0 * k))
+    sheet, asked = tmp_path / "sheet.csv", ("--frame-rate", 200, "--json")
+    sheet.write_text("file,animal,group\na/walk.csv,A, x\nb/walk.csv,B,x \n")
+    run(*walks, *asked, "--sheet", sheet, "--out", tmp_path / "o")
+    found = json.loads((tmp_path / "o" / "tracks.json").read_text())
+    assert [row["animal"] for row in found["groups"]["animals"]] == ["A", "B"]
+    assert [row["n"] for row in found["groups"]["table"]] == [2]
+    table = pd.read_csv(tmp_path / "o" / "tracks.csv")
+    assert table.groupby(["trial", "side"]).size().to_dict() == dict.fromkeys(
+        [(f"{a}/walk.csv", side) for a in "ab" for side in ("left", "right")], 400
+    )
+    points = ("--points", "abdomen,head,left_tip", "--out", tmp_path / "p")
+    run(*walks, *asked[:2], *points)
+    assert len(list((tmp_path / "p").glob("*.posture.nc"))) == 2
+    for text, films, words in (
+        ("walk.csv,A,x\n", walks, "which row is that of"),
+        ("a/walk.csv,A,x\nb/walk.csv,,x\n", walks, "no animal and group for .*b/walk.csv"),
+        ("a/walk.csv,A,x\n", [walks[0]] * 2, "is given twice"),
+    ):
+        sheet.write_text("file,animal,group\n" + text)
+        words_given = ["tracks", *map(str, films), *map(str, asked), "--sheet", str(sheet)]
+        with pytest.raises(InvalidInput, match=words):
+            CliRunner().invoke(app, words_given, catch_exceptions=False)

@@ -7,7 +7,7 @@ Where Gymnasium is installed (the extra ``active``), importing this registers it
 from importlib.util import find_spec
 
 from feeler.active.observer import Belief, Episodes, Observer
-from feeler.active.policies import POLICIES, film_policy, make_learned, parse_policy
+from feeler.active.policies import POLICIES, film_policy, parse_policy
 from feeler.active.tasks import ActiveTask, Arena, FollowTask, LocaliseTask, Start, TouchTask
 from feeler.renamed import find_renamed
 
@@ -23,7 +23,6 @@ __all__ = [
     "Start",
     "TouchTask",
     "film_policy",
-    "make_learned",
     "parse_policy",
 ]
 

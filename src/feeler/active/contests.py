@@ -51,8 +51,6 @@ class Contest(Record):
         Between two decisions [ms].
     deadlines : tuple[float, ...]
         [ms]
-    budgets : tuple[float, ...]
-        [µJ]
     fixed : tuple[str, ...]
         Policies that steering is held against.
     ahead : tuple[str, ...]
@@ -61,12 +59,6 @@ class Contest(Record):
         Points that steering must gain to count.
     confirm : dict[str, Any]
         Fresh sets for the policies that were chosen.
-    places : dict[str, Any]
-        Where to touch next.
-    learning : dict[str, Any]
-        The learned policy.
-    wall : dict[str, Any]
-        Wall following.
     """
 
     sets: Annotated[int, Ge(1)]
@@ -77,7 +69,6 @@ class Contest(Record):
     duration: Annotated[float, Gt(0), Unit("ms")]
     period: Annotated[float, Gt(0), Unit("ms")]
     deadlines: Annotated[tuple[float, ...], Len(1)]
-    budgets: tuple[float, ...]
     fixed: tuple[str, ...]
     steered: tuple[str, ...]
     ahead: tuple[str, ...]
@@ -85,9 +76,6 @@ class Contest(Record):
     ahead_copies: Annotated[int, Ge(1)]
     gain: float
     confirm: dict[str, Any]
-    places: dict[str, Any]
-    learning: dict[str, Any]
-    wall: dict[str, Any]
 
     def _check(self) -> None:
         if max(self.deadlines) > self.duration or any(d % self.period for d in self.deadlines):
@@ -297,63 +285,6 @@ def confirm_steering(measured: xr.Dataset, verdict: xr.Dataset, first: int) -> x
     )
 
 
-@checked
-def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
-    """What learning gains over the policies that :func:`judge_steering` chose, on the sets it
-    judges on.
-
-    Parameters
-    ----------
-    learned
-        ``accuracy`` (seed, set, deadline), the numbers of the sets being its coordinate ``set``.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``learned`` [%], the mean over seeds, ``least`` and ``most`` being the extremes;
-        ``fixed_gain`` ± ``fixed_half`` and ``steered_gain`` ± ``steered_half`` [points] over the
-        best fixed and the best steered policy (deadline,).
-    """
-    verdict, accuracy = judge_steering(measured, comparison), 100 * learned["accuracy"]
-    seeds = accuracy.mean("set")
-    data = {
-        "learned": seeds.mean("seed"),
-        "least": seeds.min("seed"),
-        "most": seeds.max("seed"),
-    }
-    for kind in ("fixed", "steered"):
-        best = xr.DataArray([str(name) for name in verdict[kind].values], dims="deadline")
-        other = 100 * measured["accuracy"].sel(policy=best, deadline=measured["deadline"]).isel(
-            set=learned["set"].values
-        )
-        gains = average_sets(accuracy.mean("seed").drop_vars("set") - other.drop_vars("policy"))
-        data |= {f"{kind}_gain": gains["mean"], f"{kind}_half": gains["half"]}
-    return xr.Dataset(data)
-
-
-@checked
-def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
-    """For each deadline [ms] and budget of work [µJ]: the best fixed and the best steered policy
-    that keep to it, in %.
-    """
-    rows = []
-    for deadline, budget in product(measured["deadline"].values, comparison.budgets):
-        one = measured.sel(deadline=deadline)
-        mean, work = 100 * one["accuracy"].mean("set"), one["work"].mean("set")
-        row: list[Any] = [float(deadline), budget]
-        for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
-            names = [str(name) for name in measured["policy"].values if name in listed]
-            right = {
-                name: float(mean.sel(policy=name))
-                for name in names
-                if float(work.sel(policy=name)) <= budget
-            }
-            best = max(right, key=right.__getitem__, default="none")
-            row += [best, right.get(best, np.nan)]
-        rows.append(row)
-    return rows
-
-
 CONTEST_LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"
     " them known to an ideal observer that also knows what its own body did, so that its answers"
@@ -408,31 +339,16 @@ def write_active(
     )
 
 
-def fill_comparison(
-    section: Section,
-    measured: xr.Dataset,
-    comparison: Contest,
-    learned: xr.Dataset | None = None,
-) -> None:
-    """The figure, the verdict, the tables; ``learned`` as :func:`judge_learned` takes
-    it, with ``work``.
-    """
+def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest) -> None:
+    """The figure, the verdict, the tables."""
     section.figure(
         "active",
         "Left: how often the ideal observer names the object right, by the deadline; a line for"
         " each policy. Right: the same at the second deadline, against the work on the antenna"
         " until then. A policy is a rule for moving: fixed:0.6 keeps 0.6 m/s; fast-then-slow:1.2,"
         "0.3,10 slows down from 1.2 to 0.3 m/s 10 ms after the beginning, slow-after-contact:1.2,"
-        "0.3 as soon as contact is probable. Bars: 95 % over sets, cut at 0 and 100 %"
-        + (
-            "."
-            if learned is None
-            else (
-                f"; the learned policy on sets {learned['set'].values.tolist()} of those on which"
-                " policies are judged."
-            )
-        ),
-        lambda figure: _plot_comparison(measured, comparison, figure, learned),
+        "0.3 as soon as contact is probable. Bars: 95 % over sets, cut at 0 and 100 %.",
+        lambda figure: _plot_comparison(measured, comparison, figure),
         height=3.2,
     )
     deadlines = [f"{d:g} ms" for d in measured["deadline"].values]
@@ -464,52 +380,6 @@ def fill_comparison(
         f" least {comparison.gain:g} points and the interval excludes 0. One set to judge on gives"
         " no interval, and so no verdict: ask for four sets or more.",
     )
-    section.table(
-        ["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"],
-        [
-            ["no policy" if cell == "none" else "–" if cell != cell else cell for cell in row]
-            for row in judge_energy(measured, comparison)
-        ],
-        "Among policies whose mean work until then keeps to the budget; “no policy”: all need"
-        " more.",
-    )
-    if learned is not None:
-        _fill_learned(section, learned, measured, comparison)
-
-
-def _fill_learned(
-    section: Section, learned: xr.Dataset, measured: xr.Dataset, comparison: Contest
-) -> None:
-    found = judge_learned(learned, measured, comparison)
-    columns = (
-        "learned",
-        "least",
-        "most",
-        "fixed_gain",
-        "fixed_half",
-        "steered_gain",
-        "steered_half",
-    )
-    rows = [
-        [f"{d:g} ms", *(float(found[c].sel(deadline=d)) for c in columns)]
-        for d in found["deadline"].values
-    ]
-    head = [
-        "deadline",
-        "learned [%]",
-        "least seed",
-        "greatest",
-        "over the best fixed",
-        "±",
-        "over the best steered",
-        "±",
-    ]
-    section.table(
-        head,
-        rows,
-        f"Recurrent PPO on what the observer believes, the mean of {learned.sizes['seed']} seeds;"
-        " points gained over the policies above, on the same sets and noise.",
-    )
 
 
 def _say_verdict(one: xr.Dataset) -> list[Any]:
@@ -527,9 +397,7 @@ def _say(found: xr.Dataset, name: str, deadline: float) -> str:
     return f"{mean:.1f} ± {half:.1f}" if np.isfinite(half) else f"{mean:.1f}"
 
 
-def _plot_comparison(
-    measured: xr.Dataset, comparison: Contest, figure: Figure, learned: xr.Dataset | None = None
-) -> None:
+def _plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -> None:
     """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2
     inches.
     """
@@ -559,20 +427,6 @@ def _plot_comparison(
             )
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
             right.errorbar(spent, last["mean"], _cut(last), fmt="o", ms=3, color=colour)
-    if learned is not None:
-        mean = average_sets(100 * learned["accuracy"].mean("seed"))
-        style: dict[str, Any] = {
-            "color": "black",
-            "fmt": "s",
-            "ms": 3,
-            "capsize": 1.5,
-            "lw": 0.8,
-        }
-        left.errorbar(learned["deadline"], mean["mean"], _cut(mean), label="learned", **style)
-        last = mean.isel(deadline=at)
-        right.errorbar(
-            float(learned["work"].mean(("seed", "set"))[at]), last["mean"], _cut(last), **style
-        )
     _name_best([str(name) for name in measured["policy"].values], at_work, at_mean, right)
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6.5)

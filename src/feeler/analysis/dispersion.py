@@ -28,14 +28,14 @@ class Interval:
 
     Attributes
     ----------
-    effect : float
+    effect : float | None
         Of a difference: Cohen's d_z, the mean of the paired differences over their sd.
     """
 
     estimate: float
     low: float
     high: float
-    effect: float = float("nan")
+    effect: float | None = None
 
     def __str__(self) -> str:
         return f"{self.estimate:.3g} [{self.low:.3g}, {self.high:.3g}]"

@@ -73,9 +73,6 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
     tensors = stack_planes(tensors)
     if hasattr(tensors, "data_vars"):
         raise InvalidInput('expected one variable of a Dataset, as tensors["angle"]; got all.')
-    dims = getattr(tensors, "dims", None)
-    if dims is not None and {"trial", "time"} <= set(dims) and dims[0] != "trial":
-        tensors = tensors.transpose("trial", ..., "time")
     refuse_masked(tensors)
     try:
         array = np.asarray(tensors, dtype=float)

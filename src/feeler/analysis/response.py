@@ -261,12 +261,6 @@ class FreeResponse:
         Damped natural frequency [kHz], from first opposite peak to following trough.
     damping_ratio : float | None
         ζ [1] by logarithmic decrement, first opposite peak → following trough.
-    fitted_frequency : float | None
-        Damped frequency [kHz] of a damped cosine fitted to the whole record.
-    fitted_damping_ratio : float | None
-        ζ [1] of that cosine; another definition, and on a chain with many modes another number.
-    fit_residual : float | None
-        Relative root-mean-square residual of that cosine [1].
     settle_10 : float | None
         Time after release [ms] from which the tip stays within 10 % of its first deflection.
     settle_5 : float | None
@@ -284,9 +278,6 @@ class FreeResponse:
     overdamped: bool
     frequency: float | None = None
     damping_ratio: float | None = None
-    fitted_frequency: float | None = None
-    fitted_damping_ratio: float | None = None
-    fit_residual: float | None = None
     settle_10: float | None = None
     settle_5: float | None = None
     rejected: float | None = None
@@ -303,7 +294,6 @@ def measure_free_response(
     rest: float = 0.0,
     release: float | None = None,
     floor: float = _PEAK_FLOOR,
-    fit: bool = True,
 ) -> FreeResponse:
     """Frequency, damping, settling and rejection of one released tip.
 
@@ -320,8 +310,6 @@ def measure_free_response(
     floor
         Turning points below this share of the first deflection do not count (set it above the noise
         of a recording).
-    fit
-        Whether to fit the damped cosine too.
 
     Returns
     -------
@@ -362,20 +350,12 @@ def measure_free_response(
         )
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
-    cosine = (
-        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
-        if fit
-        else None
-    )
     # 1 − largest |deflection| from the end of the first cycle on.
     later = np.abs(share[time >= time[0] + (2 * half)])
     return FreeResponse(
         overdamped=False,
         frequency=float(frequency),
         damping_ratio=ratio,
-        fitted_frequency=cosine.frequency if cosine else None,
-        fitted_damping_ratio=cosine.damping_ratio if cosine else None,
-        fit_residual=cosine.residual if cosine else None,
         settle_10=settle[0],
         settle_5=settle[1],
         rejected=float(1 - later.max()) if later.size else None,

@@ -10,7 +10,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.antenna.files import save_antenna
-from feeler.calibration import Film, MeasurementFit, Measurements, Prediction
+from feeler.calibration import (
+    Film,
+    MeasurementFit,
+    Measurements,
+    Prediction,
+    make_factors,
+    predict_release,
+)
 from feeler.errors import FeelerError, require_extra
 from feeler.files import ensure_folder, write_text
 from feeler.plotting.results import (
@@ -66,6 +73,17 @@ def save_fit(out: Path, fit: MeasurementFit, animals: Sequence[Measurements]) ->
     ensure_folder(out)
     section = Section(name="calibration", title="The fitted antenna", folder=out, vector=False)
     _add_fit(section, fit, animals)
+    factors = make_factors(fit.start, fit.names)
+    for own, animal in zip(fit.each, animals, strict=True):
+        held = animal.deflection or fit.protocol.deflection
+        protocol = fit.protocol.replace(deflection=held)
+        for k, traces in enumerate(animal.releases):
+            found = predict_release(traces, factors.build(own), protocol=protocol)
+            section.figure(
+                f"release_{animal.name}" + (f"_{k + 1}" if k else ""),
+                f"The release of {animal.name}, from which this antenna was fitted.",
+                partial(draw_prediction, found),
+            )
     save_antenna(fit.antenna, out / "antenna.toml")
     lead = "; ".join(fit.describe())
     write_page(

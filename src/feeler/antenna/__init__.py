@@ -1,7 +1,7 @@
 """What an antenna is: profiles, morphology, sensors, presets. No simulator in here."""
 
 from feeler.antenna.animals import SampledAntennas, sample_antennas
-from feeler.antenna.profiles import PROFILES, Constant, Exponential, Linear, Sigmoid, Tabulated
+from feeler.antenna.profiles import PROFILES, Constant, Exponential, Linear, Sigmoid
 from feeler.antenna.segments import (
     Antenna,
     compute_base_response,
@@ -17,7 +17,6 @@ __all__ = [
     "Linear",
     "SampledAntennas",
     "Sigmoid",
-    "Tabulated",
     "compute_base_response",
     "compute_modes",
     "make_even_sensors",

@@ -354,7 +354,10 @@ class _Reader:
         """The values, in space of each plane, and the formula that gave them."""
         key = next((key for key in ("formula", "values") if key in table), "")
         if self._planes == 1 or name not in HINGE or not key:
-            return self.row(name, table, n, lengths)
+            values, formula = self.row(name, table, n, lengths)
+            if self._planes > 1 and name == "stiffness":  # alike in all planes
+                return np.tile(values, (self._planes, 1)), ""
+            return values, formula
         rows = [{**table, key: row} for row in self.list_rows(name, key, table[key])]
         return np.array([self.row(name, row, n, lengths)[0] for row in rows]), ""
 
@@ -438,13 +441,7 @@ class _Reader:
                 "profile",
                 f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}",
             )
-        values: dict[str, Any] = {}
-        for key in keys:
-            values[key] = (
-                tuple(self.numbers(name, key, table[key], 10_000))
-                if kind == "tabulated"
-                else self.number(name, key, table[key])
-            )
+        values: dict[str, Any] = {key: self.number(name, key, table[key]) for key in keys}
         return self.attempt(name, "profile", lambda: PROFILES[kind](**values).sample(n))
 
     def hinges(self, value: Any, n: int) -> list[int] | None:

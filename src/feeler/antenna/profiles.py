@@ -86,34 +86,7 @@ class Sigmoid(Record):
         )
 
 
-class Tabulated(Record):
-    """Measured ``values`` at relative segment numbers ``x`` (rising, in [0, 1]), straight lines
-    between them.
-    """
-
-    x: tuple[float, ...]
-    values: tuple[float, ...]
-
-    def _check(self) -> None:
-        if len(self.x) != len(self.values) or len(self.x) < 2:
-            raise InvalidInput(
-                f"Tabulated needs x and values of one length ≥ 2, got {len(self.x)} and"
-                f" {len(self.values)}."
-            )
-        if np.any(np.diff(self.x) <= 0):
-            raise InvalidInput(
-                f"Tabulated.x must rise strictly, got {tuple(self.x)}. Sort the table by x."
-            )
-
-    @checked
-    def sample(self, n_segments: Count) -> np.ndarray:
-        """Values (segment,); outside the table the nearest end's value."""
-        return np.interp((np.arange(n_segments) + 0.5) / n_segments, self.x, self.values)
-
-
-PROFILES = {
-    cls.__name__.lower(): cls for cls in (Exponential, Linear, Constant, Sigmoid, Tabulated)
-}
+PROFILES = {cls.__name__.lower(): cls for cls in (Exponential, Linear, Constant, Sigmoid)}
 
 
 def sample_quantity(

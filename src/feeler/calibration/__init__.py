@@ -12,13 +12,14 @@ from feeler.calibration.fitting import (
     search,
     walk_sloppy_direction,
 )
-from feeler.calibration.hinges import FAMILIES, Band, Hinges, make_hinges
+from feeler.calibration.hinges import FAMILIES, Hinges, make_hinges
 from feeler.calibration.joint import (
     MeasurementFit,
     Measurements,
     Prediction,
     Ratios,
     fit_measurements,
+    fit_traces,
     make_factors,
     measure_impulse_film,
     predict_release,
@@ -42,9 +43,7 @@ from feeler.calibration.problem import (
     make_targets,
 )
 from feeler.calibration.traces import (
-    TraceFit,
     Traces,
-    fit_traces,
     load_traces,
     make_synthetic_traces,
 )
@@ -53,7 +52,6 @@ from feeler.renamed import find_renamed
 __all__ = [
     "FAMILIES",
     "METHODS",
-    "Band",
     "EigenParameters",
     "Film",
     "Fit",
@@ -68,7 +66,6 @@ __all__ = [
     "Ratios",
     "Target",
     "Targets",
-    "TraceFit",
     "Traces",
     "analyse_directions",
     "bootstrap",

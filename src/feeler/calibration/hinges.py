@@ -3,7 +3,6 @@ interval that a fit leaves these.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from feeler.validation import checked, show
 _TIP_STIFFNESS, _TIP_DAMPING = 3.85e-4, 0.0153
 _K, _C, _RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
 FAMILIES: Registry[Callable[[Antenna], "Hinges"]] = Registry("family of hinges")
-_STEP = 1e-3  # of a parameter's typical change
 
 
 class Hinges(Record):
@@ -227,63 +225,3 @@ def _make_tilt(antenna: Antenna) -> Hinges:
 def make_hinges(name: str, antenna: Antenna) -> Hinges:
     """The family called ``name`` on ``antenna``; the error lists the valid names."""
     return FAMILIES[rename_antenna(name)](antenna)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Band:
-    """A fitted profile (quantity, segment), base to tip.
-
-    The quantities are stiffness [N·mm/rad] and damping [N·mm·ms/rad].
-
-    Attributes
-    ----------
-    place : np.ndarray
-        Place of each hinge as a fraction of the length (segment,).
-    """
-
-    place: np.ndarray
-    middle: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    def describe(self) -> str:
-        """Where each quantity is known best and worst, in words."""
-        parts = []
-        for name, low, high in zip(("stiffness", "damping"), self.low, self.high, strict=True):
-            factor = np.sqrt(high / low)
-            best, worst = int(factor.argmin()), int(factor.argmax())
-            if np.allclose(factor, factor[best], rtol=_STEP):
-                parts.append(
-                    f"{name} is known within a factor of {factor[best]:.3g} everywhere"
-                )
-                continue
-            parts.append(
-                f"{name} is known best at {self.place[best]:.2f} of the length (within a factor of"
-                f" {factor[best]:.3g}) and worst at {self.place[worst]:.2f} ({factor[worst]:.3g})"
-            )
-        return "; ".join(parts) + "."
-
-
-@checked
-def compute_band(hinges: Hinges, p: np.ndarray, covariance: np.ndarray, factor: float) -> Band:
-    """Profiles at ``p`` and ``factor`` standard deviations around, from the covariance of ``x``.
-
-    Linear in the logarithms: sd(ln k_n)² = g Σ gᵀ with g the derivatives of ln k_n.
-    """
-
-    def read(x: np.ndarray) -> np.ndarray:
-        antenna = hinges.build(hinges.to_p(x))
-        return np.log(np.stack([antenna.stiffness, antenna.damping]))
-
-    x, steps = hinges.to_x(p), _STEP * hinges.scale
-    slope = np.stack(
-        [(read(x + d) - read(x - d)) / (2 * d.sum()) for d in np.diag(steps)], axis=-1
-    )
-    spread = factor * np.sqrt(np.einsum("qnp,pr,qnr->qn", slope, covariance, slope))
-    antenna, middle = hinges.build(hinges.to_p(x)), read(x)
-    return Band(
-        place=antenna.hinge_position / antenna.length,
-        middle=np.exp(middle),
-        low=np.exp(middle - spread),
-        high=np.exp(middle + spread),
-    )

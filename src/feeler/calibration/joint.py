@@ -25,7 +25,7 @@ from feeler.calibration.traces import (
     simulate_steps,
     subtract,
 )
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import InvalidInput
 from feeler.progress import Advance, show_progress
 from feeler.records import Gt, Len, Record, Shown, Unit
 from feeler.validation import checked
@@ -148,6 +148,8 @@ class MeasurementFit(Shown):
         Root mean square of what is left of each measurement, as a share of its largest value.
     directions : EigenParameters
         Combinations that the first animal's measurements determine best and least.
+    protocol : Protocol
+        How the releases and impulses were simulated.
     """
 
     DRAWN = "draw_measurements"
@@ -165,11 +167,13 @@ class MeasurementFit(Shown):
     residual: dict[str, float]
     directions: EigenParameters
     start: Antenna
+    protocol: Protocol
 
     def to_plain(self) -> dict[str, Any]:
         """The numbers as plain data, without the antennas."""
         names = ("names", "animals", "each", "p", "low", "high", "determined", "interval")
         plain = {name: getattr(self, name) for name in (*names, "held", "residual")}
+        plain["protocol"] = self.protocol.to_plain()
         return plain | {"means": {name: _FACTORS[name] for name in self.names}}
 
     def describe(self) -> list[str]:
@@ -184,19 +188,12 @@ class MeasurementFit(Shown):
                     f"the antenna is {p:.3g} times as heavy as its diameters and density say: are"
                     " the frame rate, the force's unit and the place where it acts right?"
                 )
-            if name == "stiffness":
-                lines += question_stiffness(p)
+            if name == "stiffness" and not 1 / _STIFF < p < _STIFF:
+                lines.append(
+                    f"the antenna is {p:.3g} times as stiff as the first guess: are its modulus,"
+                    " the frame rate, and the units of force and deflection right?"
+                )
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
-
-
-def question_stiffness(factor: float) -> list[str]:
-    """A line of doubt where ``factor`` is far from 1."""
-    if 1 / _STIFF < factor < _STIFF:
-        return []
-    return [
-        f"the antenna is {factor:.3g} times as stiff as the first guess: are its modulus, the frame"
-        " rate, and the units of force and deflection right?"
-    ]
 
 
 @checked
@@ -349,7 +346,19 @@ def fit_measurements(
         residual=residual,
         directions=decompose(tuple(chosen), hinges.to_p(xs[0]), jacobians[0] * hinges.scale),
         start=antenna,
+        protocol=protocol,
     )
+
+
+@checked
+def fit_traces(traces: Traces, antenna: Antenna, **how: Any) -> MeasurementFit:
+    """:func:`fit_measurements` of each animal's free responses; ``how`` are its options.
+
+    A tip's free response determines two factors, on stiffness and damping; traces of several
+    points also how these change along the antenna.
+    """
+    each = [Measurements(name=name, releases=(traces.select(name),)) for name in traces.animals]
+    return fit_measurements(each, antenna, **how)
 
 
 # One animal's fit: blocks of residuals, each with its own noise.
@@ -542,12 +551,12 @@ def _guess(animal: Measurements, hinges: Hinges) -> np.ndarray:
         model = compute_force(antenna, curve.deflection, curve.at)
         p["stiffness"] = float(np.clip(np.polyfit(model, curve.force, 1)[0], 1e-3, 1e3))
     for traces in animal.releases[:1]:
-        try:
-            free = measure_trace(traces.time, traces.take(traces.animals[0])[1][-1])
-        except FeelerError:
+        name = traces.animals[0]
+        free = measure_trace(traces.time, traces.take(name)[1][-1], name)
+        if free.frequency is None:  # over-damped
             break
         mode = compute_modes(antenna, 1)
-        ratio = min(float(free.damping_ratio), 0.95)
+        ratio = min(float(free.damping_ratio or 0.0), 0.95)
         faster = (free.frequency / np.sqrt(1 - ratio**2) / float(mode.frequency[0])) ** 2
         if animal.forces and "mass" in p:
             p["mass"] = p["stiffness"] / faster

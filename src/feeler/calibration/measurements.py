@@ -122,10 +122,7 @@ def load_microscope(
         order = np.argsort(table.column(named), kind="stable")
     diameter = _find_column(table, ("diameter", "width"), _LENGTHS, needed=False)
     if diameter is None:
-        radius = _find_column(table, ("radius",), _LENGTHS, needed=False)
-        if radius is None:
-            _find_column(table, ("diameter",), _LENGTHS)
-        diameter = 2 * np.asarray(radius)
+        diameter = 2 * np.asarray(_find_column(table, ("diameter", "radius"), _LENGTHS))
     radius = diameter[order] / 2
     if len(radius) > 1 and radius[-1] > radius[0]:
         text = (

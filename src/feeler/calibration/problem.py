@@ -314,7 +314,7 @@ class Protocol(Record):
         self, antenna: Antenna, scene: Scene, motion: Motion, last: bool
     ) -> dict[str, object] | None:
         tip = antenna.tip(motion.angle)[:, 0] - antenna.tip()[0]
-        free = measure_free_response(motion.time, tip, floor=1e-6, fit=False)
+        free = measure_free_response(motion.time, tip, floor=1e-6)
         if not free.overdamped:
             return {
                 "overdamped": False,

@@ -1,26 +1,21 @@
-"""Hinges fitted to recorded free responses of several animals."""
+"""Recorded free responses of several animals: read, cut at the release, measured, simulated."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
-from scipy.stats import t as student
 
 from feeler.analysis import FreeResponse, check_trace, measure_free_response
 from feeler.antenna.segments import Antenna
-from feeler.calibration.fitting import EigenParameters, decompose, search
-from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
-from feeler.calibration.problem import Problem, Protocol, make_targets
+from feeler.calibration.hinges import make_scale
+from feeler.calibration.problem import Protocol
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
-from feeler.progress import Advance, show_progress
-from feeler.records import ALLOW_NAN, Choice, Gt, Lt, Record, Shown, freeze
+from feeler.records import ALLOW_NAN, Choice, Gt, Record, freeze
 from feeler.tensors.table import ROW, Table, parse_table, read_table
 from feeler.validation import Count, checked
 
@@ -271,36 +266,14 @@ _UNCLEAR = 4.0  # [C] a step must be so many times the noise of the held part an
 
 
 @checked
-def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
+def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace") -> FreeResponse:
     """Free response of a recorded trace; turning points within its noise do not count.
 
     Raises
     ------
     InvalidInput
-        Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another
-        unit of time.
+        A trace that cannot be measured, or in another unit of time.
     """
-    free = _measure_free_trace(time, trace, name)
-    if free.frequency is None:
-        raise InvalidInput(
-            f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped"
-            " frequency to fit. Fit it by trace, or leave it out."
-        )
-    if free.frequency > _MAX_FREQUENCY:
-        raise InvalidInput(
-            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is"
-            " probably in s, not ms. Name the column time_s."
-        )
-    if free.frequency < _MIN_FREQUENCY:
-        raise InvalidInput(
-            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time"
-            " is probably in ms, not s. Name the column time_ms."
-        )
-    return free
-
-
-def _measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeResponse:
-    """Free response of a trace that is not too noisy."""
     check_trace(time, trace, f"trace {name!r}")
     noise = float(
         np.std(np.diff(trace, 2))
@@ -322,10 +295,15 @@ def _measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeR
             time,
             (savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace),
             floor=float(np.clip(4 * noise, 1e-3, 0.2)),
-            fit=False,
         )
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
+    if free.frequency is not None and not _MIN_FREQUENCY <= free.frequency <= _MAX_FREQUENCY:
+        units = ("s", "ms") if free.frequency > _MAX_FREQUENCY else ("ms", "s")
+        raise InvalidInput(
+            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time"
+            f" is probably in {units[0]}, not {units[1]}. Name the column time_{units[0]}."
+        )
     return free
 
 
@@ -378,167 +356,7 @@ def find_release(
 
 # Fit your own animals: hinges from recorded free responses.
 
-_MAX_ITERATIONS = 25
 LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class TraceFit(Shown):
-    """Hinges fitted to recorded traces, animal by animal.
-
-    Attributes
-    ----------
-    each : np.ndarray
-        Parameters (animal, parameter).
-    p : np.ndarray
-        Mean over the animals (of the logarithms, where positive).
-    low : np.ndarray
-        Lower end of the confidence interval of ``p``.
-    high : np.ndarray
-        Upper end.
-    residual : np.ndarray
-        Relative root-mean-square residual (animal,); by targets: the error.
-    simulated : np.ndarray
-        Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost
-        point at the release.
-    interval : str
-        Where the interval comes from.
-    band : Band | None
-        Stiffness and damping along the antenna with their intervals; None where nothing is known of
-        the spread.
-    directions : Directions | None
-        What the first animal's trace determines best and least; None for a fit by targets.
-    """
-
-    DRAWN = "draw_traces"
-
-    names: tuple[str, ...]
-    animals: tuple[str, ...]
-    each: np.ndarray
-    p: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    residual: np.ndarray
-    simulated: np.ndarray
-    interval: str
-    band: Band | None
-    directions: EigenParameters | None
-
-
-_Fitted = tuple[np.ndarray, float, np.ndarray, np.ndarray | None, float]
-"""An animal's searched vector, what its residuals say of it (root mean square, covariance,
-Jacobian), and how long after its release the trace begins [ms]."""
-
-
-@checked
-def fit_traces(
-    traces: Traces,
-    antenna: Antenna,
-    *,
-    by: Annotated[str, Choice(("trace", "targets"))] = "trace",
-    hinges: Hinges | None = None,
-    protocol: Protocol | None = None,
-    confidence: Annotated[float, Gt(0), Lt(1)] = 0.95,
-    progress: Advance | None = None,
-) -> TraceFit:
-    """Fit hinges to the free responses of one or more animals after a step release.
-
-    Parameters
-    ----------
-    by
-        ``trace``: least squares over every sample of every point, one amplitude free. ``targets``:
-        damped frequency and damping ratio of the outermost point.
-    hinges
-        Family to search; default: two factors on the antenna's stiffness and damping, as much as a
-        tip's free response can determine (see ``directions`` and ``band`` of the result before
-        asking for more).
-    protocol
-        How the step is made; default: held 10 mm from the fixation.
-    progress
-        Called with (done, total) animals; default: a bar that appears after 5 s.
-
-    Returns
-    -------
-    TraceFit
-        With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
-        animal the linear estimate from its residuals taken as white noise.
-    """
-    hinges = make_scale(antenna) if hinges is None else hinges
-    step = float(traces.time[1] - traces.time[0])
-    late = LATE[1] * step if traces.found else 0.0
-    protocol = (protocol or Protocol()).replace(
-        step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
-    )
-    found = []
-    with show_progress(progress, "animals") as advance:
-        for done, animal in enumerate(traces.animals, 1):
-            found.append(_fit_one(traces, animal, hinges, protocol, by))
-            advance(done, len(traces.animals))
-    searched, residual, covariances, (jacobian, *_), shifts = zip(*found, strict=True)
-    xs = np.array(searched)
-    middle, covariance, factor, origin = _measure_spread(
-        xs, covariances[0], confidence, len(traces.time)
-    )
-    half = factor * np.sqrt(np.diag(covariance))
-    return TraceFit(
-        names=hinges.names,
-        animals=traces.animals,
-        each=hinges.to_p(xs),
-        p=hinges.to_p(middle),
-        low=hinges.to_p(middle - half),
-        high=hinges.to_p(middle + half),
-        residual=np.array(residual),
-        simulated=_simulate_all(traces, hinges, xs, shifts, protocol),
-        interval=origin,
-        band=(
-            None
-            if np.isnan(covariance).any()
-            else compute_band(hinges, hinges.to_p(middle), covariance, factor)
-        ),
-        directions=(
-            None
-            if jacobian is None
-            else decompose(hinges.names, hinges.to_p(xs[0]), jacobian * hinges.scale)
-        ),
-    )
-
-
-def _simulate_all(
-    traces: Traces,
-    hinges: Hinges,
-    xs: np.ndarray,
-    shifts: Sequence[float],
-    protocol: Protocol,
-) -> np.ndarray:
-    """Every trace's fit (trace, sample), in the order of the traces."""
-    rows: dict[str, np.ndarray] = {}
-    for animal, x, shift in zip(traces.animals, xs, shifts, strict=True):
-        places = traces.take(animal)[0]
-        antenna = hinges.build(hinges.to_p(x))
-        moved = simulate_steps([antenna], protocol, traces.time, places, [shift])[0]
-        rows |= {
-            f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
-        }
-    return np.array(
-        [rows[f"{name.partition('@')[0]}@{read_place(name):.12g}"] for name in traces.names]
-    )
-
-
-def _measure_spread(
-    xs: np.ndarray, covariance: np.ndarray, confidence: float, n: int
-) -> tuple[np.ndarray, np.ndarray, float, str]:
-    """Mean, its covariance, the interval's reach in standard deviations, and its origin."""
-    count, upper = len(xs), (1 + confidence) / 2
-    if count > 1:
-        spread = np.atleast_2d(np.cov(xs.T)) / count
-        return (
-            xs.mean(axis=0),
-            spread,
-            student.ppf(upper, count - 1),
-            f"spread of {count} animals (Student's t)",
-        )
-    words = "one animal: residuals taken as white noise"
-    return xs[0], covariance, student.ppf(upper, max(n - xs.shape[1], 1)), words
 
 
 def simulate_steps(
@@ -566,57 +384,6 @@ def simulate_steps(
     return np.array(found)
 
 
-def _fit_one(
-    traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by: str
-) -> _Fitted:
-    """The fit of one animal; where the release was found, how late that was is fitted too."""
-    (places, rows), n = traces.take(animal), len(hinges.names)
-    begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)
-    if by == "targets":
-        return *begin, np.full((n, n), np.nan), None, 0.0
-    seen = traces.take_seen(animal).ravel()
-    goal = (rows / rows[-1, 0]).ravel() * seen
-    step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
-    low, high = (
-        np.append(bound, late)[: n + traces.found]
-        for bound, late in zip(hinges.bounds, LATE, strict=True)
-    )
-    scale = np.append(hinges.scale, 1.0)[: n + traces.found]
-
-    def simulate(xs: Sequence[np.ndarray]) -> np.ndarray:
-        shifts = [step * x[n] if traces.found else 0.0 for x in xs]
-        antennas = [hinges.build(hinges.to_p(x[:n])) for x in xs]
-        steps = simulate_steps(antennas, protocol, traces.time, places, shifts)
-        return steps.reshape(len(xs), -1) * seen
-
-    def residual(x: np.ndarray) -> np.ndarray:
-        return subtract(simulate([x]), goal)[0]
-
-    def jacobian(x: np.ndarray) -> np.ndarray:
-        change = np.diag(0.02 * scale)
-        both = subtract(simulate([*(x + change), *(x - change)]), goal)
-        return ((both[: len(x)] - both[len(x) :]) / (2 * np.diag(change))[:, None]).T
-
-    start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low, high)
-    best = least_squares(
-        residual,
-        start,
-        jac=jacobian,
-        bounds=(low, high),
-        x_scale=scale,
-        max_nfev=_MAX_ITERATIONS,
-        xtol=1e-6,
-    )
-    variance = 2 * best.cost / max(int(seen.sum()) - start.size - 1, 1)
-    return (
-        best.x[:n],
-        float(np.sqrt(2 * best.cost / np.sum(goal**2))),
-        (variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
-        project(best.jac[:, :n], best.jac[:, n:]),
-        step * float(best.x[n]) if traces.found else 0.0,
-    )
-
-
 def project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
     """What of the jacobian's columns the others cannot undo."""
     return (
@@ -630,26 +397,6 @@ def subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Simulated − recorded with the simulated amplitude (linear) at its best."""
     amplitude = simulated @ goal / np.einsum("ij,ij->i", simulated, simulated)
     return amplitude[:, None] * simulated - goal
-
-
-def _fit_targets(
-    time, trace, name, hinges: Hinges, protocol: Protocol, by: str
-) -> tuple[np.ndarray, float]:
-    """Match the trace's damped frequency and damping ratio; the searched vector and the error.
-
-    A trace that is fitted sample by sample may be over-damped: the search then starts from the
-    family's own start.
-    """
-    if by == "trace" and _measure_free_trace(time, trace, name).frequency is None:
-        return hinges.to_x(hinges.start), float("nan")
-    free = measure_trace(time, trace, name)
-    targets = make_targets(frequency=free.frequency, damping_ratio=free.damping_ratio)
-    found = search(
-        Problem(hinges=hinges, targets=targets, protocol=protocol),
-        hinges.start,
-        max_evaluations=120,
-    )
-    return hinges.to_x(found.p), found.error
 
 
 @checked

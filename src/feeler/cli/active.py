@@ -8,8 +8,8 @@ Examples:
 mine.py:policy --sets 2
 
 A policy is a rule for moving: fixed:SPEED, fast-then-slow:FAST,SLOW,AFTER, \
-slow-after-contact:FAST,SLOW, random:SEED, greedy:HOLD,
-learned:SEED,DEADLINE (speeds in m/s, times in ms), or file.py:function, where the function gets \
+slow-after-contact:FAST,SLOW, random:SEED, greedy:HOLD
+(speeds in m/s, times in ms), or file.py:function, where the function gets \
 what is known so far and returns
 the speed. After Ctrl-C the same command goes on where it stopped.
 """

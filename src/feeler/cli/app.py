@@ -47,7 +47,7 @@ class _Verbs(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            with plain_output():
+            with plain_output(sys.argv[1:]):
                 return super().invoke(ctx)
         except KeyboardInterrupt:
             raise _Interrupted from None
@@ -85,8 +85,8 @@ def _options(
 def main() -> None:
     """Entry point of the ``feeler`` command."""
     try:
-        with warnings.catch_warnings(), plain_output():
-            say_warnings(put=_put_in_shell)
+        with warnings.catch_warnings(), plain_output(sys.argv[1:]):
+            say_warnings(put=put_in_shell)
             _run()
     except SystemExit as end:
         if end.code == _INTERRUPTED:
@@ -120,7 +120,7 @@ def _run() -> None:
     except FeelerError as error:
         if lacks_memory(error.__cause__):  # there is none for the words of the shell
             _give_up()
-        _fail(_put_in_shell(str(error)), 2)
+        _fail(put_in_shell(str(error)), 2)
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", _INTERRUPTED)
     except Exception as error:
@@ -137,9 +137,13 @@ def _give_up() -> None:
     _leave(2)
 
 
-def _put_in_shell(words: str) -> str:
-    """A message in the options of the verb that was called."""
-    return say_in_shell(words, list_options(typer.main.get_command(app), sys.argv[1:]))
+def put_in_shell(words: str, *verbs: list[str]) -> str:
+    """A message in the options of some verbs; default: of the one that was called."""
+    options: dict[str, str] = {}
+    group = typer.main.get_command(app)
+    for verb in verbs or (sys.argv[1:],):
+        options |= list_options(group, verb)
+    return say_in_shell(words, options)
 
 
 def _explain(error: OSError) -> str:

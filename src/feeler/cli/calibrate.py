@@ -12,15 +12,11 @@ ship with feeler)
 
   feeler calibrate --data force.csv --at 8 --antenna mine.toml      columns deflection_um, force_uN
 
-  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 \
---out out/cricket
+  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --at 5 --out out/cricket
 """
 
-import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
-from statistics import median
 from types import SimpleNamespace
 from typing import Annotated, Any
 
@@ -28,12 +24,9 @@ import typer
 
 from feeler.cli.options import EngineName, Json, say
 from feeler.errors import FeelerError, InvalidInput
-from feeler.files import write_text
 from feeler.progress import ProgressBar
 
-_BAD = (
-    0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
-)
+_BAD = 0.05  # [C] of a measurement's largest value, beyond which the fit is not to be trusted
 
 
 def calibrate(
@@ -66,16 +59,11 @@ def calibrate(
             help="longest gap that is filled in [frames]; not counted in the fit", min=0
         ),
     ] = 5,
-    by: Annotated[
-        str,
-        typer.Option(
-            help="with --data: trace (every sample) or targets (frequency and damping)"
-        ),
-    ] = "trace",
     profile: Annotated[
         str,
         typer.Option(
-            help="exponential, linear, uniform, scale, tilt …; an unknown name lists all"
+            help="for targets: exponential (default), linear, uniform, scale, tilt …; an unknown"
+            " name lists all"
         ),
     ] = "",
     antenna: Annotated[
@@ -91,7 +79,8 @@ def calibrate(
     at: Annotated[
         float | None,
         typer.Option(
-            help="with --data: where it was held or loaded [mm from the base]; default 10"
+            help="with --data: where it was held or loaded [mm from the base]; default: a quarter"
+            " of the length"
         ),
     ] = None,
     force_at: Annotated[
@@ -133,15 +122,6 @@ def calibrate(
             help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml"
         ),
     ] = None,
-    session_start: Annotated[
-        str,
-        typer.Option(
-            help=(
-                "with --data and --out: when it was recorded, 2026-05-01T09:00:00+02:00; writes"
-                " NWB too"
-            )
-        ),
-    ] = "",
     as_json: Json = False,
 ) -> None:
     """Fit hinge stiffness and damping to measurements.
@@ -153,18 +133,10 @@ def calibrate(
     from feeler.cli.choose import choose_antenna
 
     chosen = choose_antenna(said.antenna)
-    if any(map(_is_forces, said.data)):
-        _fit_measured(said, chosen)
-    elif said.data:
-        _fit_data(said, chosen, said.profile or "scale")
+    if said.data:
+        _fit_data(said, chosen)
     else:
         _fit_targets(said, chosen, said.profile or "exponential")
-
-
-def _is_forces(file: str) -> bool:
-    from feeler.calibration.measurements import is_force_table
-
-    return is_force_table(file)
 
 
 def _load_releases(said: SimpleNamespace, files: list[str]) -> tuple[Any, list[Any]]:
@@ -210,39 +182,35 @@ def _name_landmarks(file: str) -> Exception | None:
     return None
 
 
-def _fit_measured(said: SimpleNamespace, antenna: Any) -> None:
-    """Force–deflection curves, and releases if there are any, in one fit."""
+def _fit_data(said: SimpleNamespace, antenna: Any) -> None:
+    """Releases and force–deflection curves in one fit of each animal."""
     from feeler.animal import save_fit
     from feeler.calibration import Measurements, Protocol, fit_measurements, load_forces
+    from feeler.calibration.measurements import is_force_table
 
+    if said.profile:
+        raise InvalidInput(
+            "--profile is for targets; with --data those factors on the antenna's hinges and masses"
+            " are fitted that the measurements determine."
+        )
+    tables = [file for file in said.data if is_force_table(file)]
+    others = [file for file in said.data if file not in tables]
     place = said.at if said.force_at is None else said.force_at
-    curves = [
-        curve for file in said.data if _is_forces(file) for curve in load_forces(file, at=place)
-    ]
-    others = [file for file in said.data if not _is_forces(file)]
+    curves = [curve for file in tables for curve in load_forces(file, at=place)]
     traces, films = _load_releases(said, others) if others else (None, [])
-    held = (
-        {}
-        if said.at is None or traces is None
-        else {"at": said.at, "deflection": 0.1 * said.at}
-    )
-    protocol = Protocol(engine=said.engine, **held)
+    at = 0.25 * antenna.length if said.at is None else said.at
+    protocol = Protocol(engine=said.engine, at=at, deflection=0.1 * at)
     aside = {film.name: film.match_protocol(antenna, protocol).deflection for film in films}
-    if traces is None:
-        each = [
-            Measurements(name=name, forces=tuple(one for one in curves if one.name == name))
-            for name in dict.fromkeys(curve.name for curve in curves)
-        ]
-    else:
-        each = [
-            Measurements(
-                name=name,
-                releases=(traces.select(name),),
-                forces=tuple(curves),
-                deflection=aside.get(name),
-            )
-            for name in traces.animals
-        ]
+    names = dict.fromkeys(curve.name for curve in curves) if traces is None else traces.animals
+    each = [
+        Measurements(
+            name=name,
+            releases=() if traces is None else (traces.select(name),),
+            forces=tuple(one for one in curves if traces is not None or one.name == name),
+            deflection=aside.get(name),
+        )
+        for name in names
+    ]
     with ProgressBar("animals") as progress:
         fit = fit_measurements(each, antenna, protocol=protocol, progress=progress)
     lines = [
@@ -254,7 +222,21 @@ def _fit_measured(said: SimpleNamespace, antenna: Any) -> None:
             for name, left in fit.residual.items()
         ),
     ]
-    say(said.as_json, fit.to_plain(), lines)
+    if traces is not None:
+        filled = int(traces.bridged.sum())
+        lines += [f"{filled} missing samples are filled in and do not count"] * (filled > 0)
+        held = aside.values() or [protocol.deflection]
+        origin = "as in the film" if aside else "a choice"
+        lines.append(
+            f"simulated as held {', '.join(f'{one:.3g}' for one in held)} mm aside ({origin}),"
+            f" {at:g} mm from the base"
+        )
+    if max(fit.residual.values()) > _BAD:
+        lines.append(
+            f"more than {_BAD:g} is left: this antenna does not move like the animal, and the"
+            " intervals say nothing"
+        )
+    say(said.as_json, fit.to_plain() | {"held_mm": aside or protocol.deflection}, lines)
     if said.out is not None:
         save_fit(said.out, fit, each)
         typer.echo(
@@ -278,211 +260,8 @@ def _say_modulus(name: str, fit: Any) -> list[str]:
     return [f"modulus = {fit.p[k] * modulus:.4g} MPa  (95 %: {ends})"] * (modulus > 0)
 
 
-def _fit_data(said: SimpleNamespace, antenna: Any, profile: str) -> None:
-    from feeler.calibration import Protocol, fit_traces, make_hinges
-
-    traces, films = _load_releases(said, said.data)
-    hinges = make_hinges(profile, antenna)
-    held = {} if said.at is None else {"at": said.at, "deflection": 0.1 * said.at}
-    protocol = Protocol(engine=said.engine, **held)
-    if films:
-        aside = [film.match_protocol(antenna, protocol).deflection for film in films]
-        protocol = protocol.replace(deflection=median(aside))
-    with ProgressBar("animals") as progress:
-        result = fit_traces(
-            traces,
-            antenna,
-            by=said.by,
-            hinges=hinges,
-            protocol=protocol,
-            progress=progress,
-        )
-    origin = "as in the film" if films else "a choice"
-    lines = [
-        *_describe_fit(traces, hinges, result, said.by, _explain(profile, antenna.name)),
-        f"simulated as held {protocol.deflection:.3g} mm aside ({origin}), {protocol.at:g} mm from"
-        " the base",
-    ]
-    say(said.as_json, _make_plain(result, hinges), lines)
-    if said.by == "trace" and result.residual.max() > _BAD:
-        typer.echo(
-            f"a residual above {_BAD:g} of the trace means that this antenna does not swing like"
-            " the animal; its interval then says nothing",
-            err=True,
-        )
-    if said.out is not None:
-        parts = zip(result.names, result.p, result.low, result.high, strict=True)
-        answer = ", ".join(f"{n} = {p:.4g} ({a:.4g} to {b:.4g})" for n, p, a, b in parts)
-        words = (
-            f"{answer}, values with 95 % intervals: {_explain(profile, antenna.name)}, fitted to"
-            f" {traces.source} traces."
-        )
-        _save(said.out, traces, antenna, hinges, result, said.session_start, words)
-
-
-def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
-    """The fit as plain data."""
-    whole = {
-        name: value
-        for name, value in vars(result).items()
-        if name not in ("band", "directions")
-    }
-    if result.directions is not None:
-        whole |= {
-            "directions": {
-                name: getattr(result.directions, name) for name in ("sensitivity", "direction")
-            }
-        }
-    return {
-        **whole,
-        "units": hinges.units,
-        "band": None if result.band is None else vars(result.band),
-    }
-
-
-def _describe_fit(
-    traces: Any, hinges: Any, result: Any, by: str, explained: str
-) -> Iterator[str]:
-    from feeler.calibration.joint import question_stiffness
-
-    count = len(result.animals)
-    if filled := int(traces.bridged.sum()):
-        yield f"{filled} missing samples are filled in and do not count in the fit"
-    yield f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}"
-    yield f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual"
-    for name, p, residual in zip(result.animals, result.each, result.residual, strict=True):
-        yield f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}"
-    for name, unit, p, low, high in zip(
-        result.names, hinges.units, result.p, result.low, result.high, strict=True
-    ):
-        yield (
-            f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})"
-        )
-    if hinges.name in ("scale", "tilt"):
-        yield from question_stiffness(result.p[0])
-    if result.band is not None:
-        yield result.band.describe()
-    if result.directions is not None and len(result.names) > 1:
-        yield result.directions.describe("data")
-
-
-def _save(
-    out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_start: str, lead: str
-) -> None:
-    """calibration.html, calibration.png, profile.png, calibration.json and antenna.toml, the
-    antenna of the mean parameters.
-    """
-    from feeler.antenna.files import save_antenna
-    from feeler.provenance import to_json
-    from feeler.report import Section, write_page
-
-    out.mkdir(parents=True, exist_ok=True)
-    antenna = hinges.build(result.p).replace(name=f"fitted to {traces.source} traces")
-    save_antenna(antenna, out / "antenna.toml")
-    section = Section(name="calibration", title="Traces and fits", folder=out, vector=False)
-    caption = (
-        "Dots: as recorded, as a share of the outermost point's first displacement; lines: the"
-        " fitted antenna."
-    )
-    section.figure(
-        "calibration", caption, lambda figure: _plot(figure, traces, result), height=3.2
-    )
-    rows = zip(result.names, hinges.units, result.p, result.low, result.high, strict=True)
-    section.table(
-        ["parameter", "unit", "value", "from", "to"],
-        list(rows),
-        f"95 % intervals: {result.interval}.",
-    )
-    each = [
-        [name, *p, r]
-        for name, p, r in zip(result.animals, result.each, result.residual, strict=True)
-    ]
-    section.table(["animal", *result.names, "residual"], each)
-    if result.band is not None:
-        caption = (
-            "The fitted hinges with their 95 % intervals, as far as this family of profiles goes;"
-            " dashed: where it began."
-        )
-        section.figure(
-            "profile",
-            caption,
-            lambda figure: _plot_band(figure, result.band, start),
-            height=3.0,
-        )
-        section.text(result.band.describe())
-    if result.directions is not None and len(result.names) > 1:
-        section.text(result.directions.describe("data"))
-    write_page(
-        out / "calibration.html",
-        "Fitted mechanics",
-        lead,
-        section,
-    )
-    write_text(
-        out / "calibration.json",
-        json.dumps(to_json(_make_plain(result, hinges)), indent=1) + "\n",
-    )
-    kept = "calibration.html, calibration.png, calibration.json, antenna.toml"
-    if session_start:
-        _save_nwb(out / "calibration.nwb", traces, result, session_start)
-        kept += ", calibration.nwb"
-    typer.echo(f"wrote {out}/{kept}", err=True)
-
-
-def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
-    """Recordings and fits as NWB, one trial a trace."""
-    import xarray as xr
-
-    from feeler.tensors.writers import save_nwb
-
-    shares = {"displacement": traces.displacement, "fitted": result.simulated}
-    dataset = xr.Dataset(
-        {name: (("trial", "time"), values, {"units": "1"}) for name, values in shares.items()},
-        coords={
-            "time": ("time", traces.time, {"units": "ms"}),
-            "animal": ("trial", list(traces.names)),
-        },
-    )
-    save_nwb(
-        dataset,
-        path,
-        session_start=session_start,
-        identifier=f"calibration {path.resolve().parent.name}",
-        subject=", ".join(result.animals),
-    )
-
-
-def _plot(figure: Any, traces: Any, result: Any) -> None:
-    ax = figure.subplots()
-    for name, recorded, simulated in zip(
-        traces.names, traces.displacement, result.simulated, strict=True
-    ):
-        outermost = traces.take(name.partition("@")[0])[1][-1]
-        (line,) = ax.plot(traces.time, recorded / outermost[0], ".", ms=3, label=name)
-        ax.plot(traces.time, simulated, color=line.get_color())
-    ax.set(xlabel="time since release [ms]", ylabel="share of the first displacement")
-    ax.legend()
-
-
-def _plot_band(figure: Any, band: Any, start: Any) -> None:
-    units = {"stiffness": "N·mm/rad", "damping": "N·mm·ms/rad"}
-    for k, (ax, name) in enumerate(zip(figure.subplots(1, 2), units, strict=True)):
-        ax.plot(band.place, band.middle[k])
-        ax.fill_between(band.place, band.low[k], band.high[k], alpha=0.3)
-        ax.plot(band.place, getattr(start, name), "k--", lw=0.8)
-        ax.set(yscale="log", xlabel="place (0 base, 1 tip)", ylabel=f"{name} [{units[name]}]")
-
-
 def _unit(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
-
-
-def _explain(profile: str, name: str) -> str:
-    if profile in ("scale", "tilt"):
-        return f"p1 multiplies the stiffness of {name}, p2 its damping" + ", both tilted" * (
-            profile == "tilt"
-        )
-    return f"{profile} hinges on the segments of {name}"
 
 
 def _fit_targets(said: SimpleNamespace, antenna: Any, profile: str) -> None:

@@ -11,8 +11,6 @@ and again: goes on
 what 5 % errors cost
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -85,7 +83,18 @@ def design(
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
-    with choose_executor(workers, cluster) as executor, kept, _watching(plan, out) as watch:
+    total = plan.search.get("evaluations", 100) * plan.search.get("starts", 1)
+    bar = ProgressBar("antennas simulated")
+    with choose_executor(workers, cluster) as executor, kept, bar:
+        before = last = 0
+
+        def watch(problem: Any) -> None:
+            nonlocal before, last
+            if problem.evaluations < last:  # another start
+                before += last
+            last = problem.evaluations
+            bar(min(before + last, total - 1), total)
+
         own = {} if classifier is None else {"classifier": name_classifier(classifier)}
         found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
@@ -113,43 +122,3 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
         f"page: {page}",
     ]
     say(as_json, {**found.to_plain(), "antenna": out / "antenna.toml", "page": page}, lines)
-
-
-@contextmanager
-def _watching(plan, out: Path) -> Iterator[Callable[[Any], None]]:
-    """Shows how far a search is: a bar, and the best antenna so far as current.png."""
-    total = plan.search.get("evaluations", 100) * plan.search.get("starts", 1)
-    before, last, cost = 0, 0, float("inf")
-    with ProgressBar("antennas simulated") as bar:
-
-        def watch(problem) -> None:
-            nonlocal before, last, cost
-            if problem.evaluations < last:  # another start
-                before += last
-            last = problem.evaluations
-            bar(min(before + last, total - 1), total)
-            if problem.best.cost < min(cost, problem.ceiling):
-                cost = problem.best.cost
-                _draw_best(plan, problem, out / "current.png")
-
-        yield watch
-
-
-def _draw_best(plan, problem, path: Path) -> None:
-    from matplotlib.figure import Figure
-
-    from feeler.plotting import PALETTE, plot_profiles, style
-
-    with style():
-        figure = Figure(figsize=(7.2, 2.0), layout="constrained")
-        axes = figure.subplots(1, 4)
-        for antenna in (plan.reference, problem.space.build(problem.best.x).antenna):
-            plot_profiles(antenna, axes)
-        for ax in axes[2:]:
-            for line in ax.lines[len(ax.lines) // 2 :]:
-                line.set_color(PALETTE[0])
-        figure.suptitle(
-            f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
-            fontsize=8,
-        )
-        figure.savefig(path)

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, list_options, say_in_shell, say_json
+from feeler.cli.options import Json, say_json
 from feeler.errors import FeelerError, InvalidInput, escape
 from feeler.sandbox import Limits
 
@@ -44,8 +44,10 @@ def info(
 
     Sizes, units, labels, configuration, versions, licence.
     """
+    from feeler.cli.app import put_in_shell
     from feeler.tensors.formats import describe_file
 
+    verbs = ["robot", "check"], ["tracks"]  # what readers say is in the options of these
     limits, also = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
     found, refused = {}, []
     for file in files:
@@ -56,20 +58,11 @@ def info(
     if as_json:
         say_json([{"file": file, "says": lines} for file, lines in found.items()])
     for lines in [] if as_json else found.values():
-        typer.echo(_translate("\n".join(escape(line) for line in lines)))
+        typer.echo(put_in_shell("\n".join(escape(line) for line in lines), *verbs))
     for words in refused:
-        typer.echo(f"feeler: {escape(_translate(words), lines=True)}", err=True)
+        typer.echo(f"feeler: {escape(put_in_shell(words, *verbs), lines=True)}", err=True)
     if refused:
         raise typer.Exit(2)
-
-
-def _translate(message: str) -> str:
-    """What a reader says, in the options of the verbs that read such files."""
-    from feeler.cli.app import app
-
-    group = typer.main.get_command(app)
-    options = list_options(group, ["robot", "check"]) | list_options(group, ["tracks"])
-    return say_in_shell(message, options)
 
 
 def name_instead(path: str | Path, kind: str) -> FeelerError | None:

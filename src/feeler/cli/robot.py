@@ -25,14 +25,11 @@ A recording by ROS 2 in the place of a CSV, by file and topic (extra: ros):
 
   feeler robot check run.mcap:joint_states --antenna robot.toml
 
-A board of your own, or a recording in its stead, as fast as it was recorded:
+A board of your own:
 
   feeler robot board sketch.ino --channels 12 --rate 200
 
   feeler robot stream /dev/ttyUSB0 --serial --calibration calibration.json
-
-  feeler robot replay surrogate_ball_tip_fast.csv | feeler robot stream - --calibration \
-calibration.json
 
 Your own robot and objects (an objects file holds tables such as [[object]] name = "bolt", shape = \
 "ball", radius = 3):
@@ -43,8 +40,6 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
 
   feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds \
 0.1,0.3 --out out/touches
-
-  feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
 import re
@@ -56,7 +51,7 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Commands, Json, list_examples, require_new, say
-from feeler.cli.robot_live import board, replay, stream
+from feeler.cli.robot_live import board, stream
 from feeler.cli.robot_options import (
     AntennaName,
     BadChannels,
@@ -83,7 +78,6 @@ from feeler.cli.robot_options import (
 )
 from feeler.errors import InvalidInput
 from feeler.files import write_text
-from feeler.progress import ProgressBar
 
 # of a recording's history: what its answers must be seen beside
 _TOLD = re.compile("was not closed|stamps are all 0|gaps over")
@@ -113,10 +107,6 @@ def example(folder: Annotated[Path, typer.Argument(help="where to put them")] = 
 def new(
     file: Annotated[Path, typer.Argument(help="TOML file to write")] = Path("robot.toml"),
     hinges: Annotated[int, typer.Option(min=1, help="how many hinges it has")] = 8,
-    moulded: Annotated[
-        bool,
-        typer.Option("--moulded", help="one soft piece, such as silicone, in place of hinges"),
-    ] = False,
 ) -> None:
     """Write a commented robot file to be edited.
 
@@ -124,7 +114,7 @@ def new(
     """
     from feeler.robot import write_robot
 
-    write_robot(file, hinges, moulded=moulded)
+    write_robot(file, hinges)
     typer.echo(f"wrote {file}; edit its numbers, then give it to --antenna")
 
 
@@ -345,48 +335,6 @@ def classify(
 
 
 @app.command()
-def gap(
-    antenna: AntennaName = "robot",
-    objects: Objects = None,
-    locations: Numbers = None,
-    speeds: Speeds = None,
-    robots: Annotated[int, typer.Option(min=1, help="surrogate robots per part")] = 10,
-    seed: Annotated[int, typer.Option(min=0, help="seed of the robots")] = 0,
-    out: Out = None,
-    as_json: Json = False,
-) -> None:
-    """Measure what each part of the sim-to-real gap costs.
-
-    Noise, drift, gain, hysteresis, play and others.
-
-    Surrogate robots differ from your antenna's model in one way only, at full size, and are read by
-    a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was
-    measured on your robot.
-    """
-    from feeler.robot import measure_parts
-
-    own = objects or locations or speeds or antenna != "robot"
-    touches = _make_touches(objects, locations, speeds) if own else None
-    with ProgressBar("parts of the gap") as progress:
-        scores = measure_parts(
-            Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
-        )
-    found = {
-        name: {what: score.share(what) for what in score.correct}
-        for name, score in scores.items()
-    }
-    contacts = next(iter(scores.values())).total
-    words = "{:20} {:5.0%} classified correctly ({:.0%} to {:.0%}); feature {:.0%}".format
-    lines = [words(name, *one["all"], one["feature"][0]) for name, one in found.items()]
-    plain = {"contacts": contacts, "robots": robots, "seed": seed, "shares": found}
-    say(as_json, plain, lines)
-    if out is not None:
-        from feeler.cli.robot_pages import write_gap
-
-        typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
-
-
-@app.command()
 def train(
     robot: Annotated[
         str, typer.Argument(help="robot file (feeler robot new), antenna TOML, or preset")
@@ -482,7 +430,7 @@ def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
     return {"accuracy": made.accuracy, "window": made.window, "words": words}
 
 
-for verb in (stream, board, replay):
+for verb in (stream, board):
     app.command()(verb)
 _EXAMPLES = list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own

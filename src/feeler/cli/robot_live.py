@@ -1,4 +1,4 @@
-"""``feeler robot stream``, ``board`` and ``replay``: a robot while it touches."""
+"""``feeler robot stream`` and ``board``: a robot while it touches."""
 
 import gc
 import os
@@ -135,7 +135,7 @@ def stream(
     gc.freeze()  # a search through all that is loaded would hold the samples up for 100 ms
     again = True
     while again:
-        state, end = _follow(touch, watch, every, say_json if as_json else _say_state)
+        state, end = _decode(touch, watch, every, say_json if as_json else _say_state)
         again = repeat and end is None and state is not None and state.state == "over"
         if not watch.samples and not isinstance(end, typer.Exit):
             waited = f" in {timeout:g} s" if serial else ""
@@ -155,20 +155,6 @@ def stream(
             raise end
         if again:
             touch.begin()
-
-
-def _follow(touch, watch, every: int, say) -> tuple[Any, Exception | None]:
-    """The last state of a touch, and the error or interruption that ended it; what came before is
-    summed up all the same.
-    """
-    try:
-        return _decode(touch, watch, every, say), None
-    except KeyboardInterrupt:
-        return touch.end(), typer.Exit(130)
-    except InvalidInput as error:
-        if not touch.kept:
-            raise
-        return touch.end(), error
 
 
 class _Watch:
@@ -282,31 +268,9 @@ def board(
     typer.echo(f"wrote {file}; put your converter into read_channel()")
 
 
-def replay(
-    recording: Annotated[Path, typer.Argument(help="CSV recording")],
-    antenna: AntennaName = "robot",
-    speed: Annotated[float, typer.Option(min=0.01, help="times as fast as recorded")] = 1.0,
-) -> None:
-    """Send a recording to standard output as a board would.
-
-    Send a recording to standard output as a board would, as fast as it was recorded: a stand-in
-    for hardware.
-    """
-    from feeler.robot import load_recording
-    from feeler.robot.stream import frame_sample
-
-    read = load_recording(recording, **Robot(antenna).channels)
-    began = time.monotonic()
-    for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
-        wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()
-        if wait > 0:
-            time.sleep(wait)
-        sys.stdout.write(frame_sample(number, at, values) + "\n")
-        sys.stdout.flush()
-
-
-def _decode(touch, watch, every: int, say):
-    """The last state; ``say`` is given each change, and one every so many ms after contact.
+def _decode(touch, watch, every: int, say) -> tuple[Any, Exception | None]:
+    """The last state of a touch, and the error or interruption that ended it; what came before is
+    summed up all the same. ``say`` is given each change, and one every so many ms after contact.
 
     A board that begins anew begins a new touch.
     """
@@ -320,16 +284,23 @@ def _decode(touch, watch, every: int, say):
         due = state.since_contact // every * every + every
         say({**_describe_state(state), **watch.count()})
 
-    for at, values in watch:
-        if link.restarts > restarts:
-            restarts, last, due = link.restarts, ("waiting", False), 0
-            touch.begin()
-        state = touch.update(values if readings is None else readings.convert(values), at)
-        changed = (state.state, state.strange) != last
-        if changed or (0 <= due <= state.since_contact and state.state != "over"):
-            tell(state)
-        if state.state == "over":
-            break
+    try:
+        for at, values in watch:
+            if link.restarts > restarts:
+                restarts, last, due = link.restarts, ("waiting", False), 0
+                touch.begin()
+            state = touch.update(values if readings is None else readings.convert(values), at)
+            changed = (state.state, state.strange) != last
+            if changed or (0 <= due <= state.since_contact and state.state != "over"):
+                tell(state)
+            if state.state == "over":
+                break
+    except KeyboardInterrupt:
+        return touch.end(), typer.Exit(130)
+    except InvalidInput as error:
+        if not touch.kept:
+            raise
+        return touch.end(), error
     if link.broken > 1 and watch.samples < 2:
         raise InvalidInput(
             f"none of {link.broken + watch.samples} lines is a sample; of the latest: {link.fault}"
@@ -340,7 +311,7 @@ def _decode(touch, watch, every: int, say):
         before, now = _describe_state(said), _describe_state(state)
         if before["label"] != now["label"] or before["probability"] != now["probability"]:
             tell(state)
-    return state
+    return state, None
 
 
 def _describe_state(state) -> dict[str, Any]:

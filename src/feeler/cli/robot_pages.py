@@ -217,40 +217,6 @@ def write_stream(
     )
 
 
-def write_gap(
-    out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int
-) -> Path:
-    """robot.html, robot.png and robot.json: what each part of the gap costs, as bars."""
-    names = list(found)
-    shares = 100 * np.array([found[name]["all"] for name in names])
-
-    def draw(figure: Any) -> None:
-        ax = figure.subplots()
-        error = np.array([shares[:, 0] - shares[:, 1], shares[:, 2] - shares[:, 0]])
-        ax.barh(names, shares[:, 0], xerr=error)
-        ax.invert_yaxis()
-        ax.set(xlabel="contacts classified correctly [%], with 95 % interval", xlim=(0, 100))
-
-    rows = [
-        [name, *(f"{100 * s['all'][k]:.0f}" for k in range(3)), f"{100 * s['feature'][0]:.0f}"]
-        for name, s in found.items()
-    ]
-    return _write(
-        out,
-        "What the gap costs",
-        "How often a classifier that was trained in simulation reads surrogate robots right.",
-        title="Each part of the gap alone, at full size",
-        numbers={"contacts": contacts, "shares": found},
-        caption=f"Contacts (of {contacts} each) that a classifier trained on the model alone reads"
-        " right in feature, place and speed, on surrogate robots that differ from the model in one"
-        " part only; those that differ in nothing stand first. Sizes of the parts are choices"
-        " (feeler.robot.Gap).",
-        draw=draw,
-        height=0.8 + 0.28 * len(names),
-        table=(["part", "classified correctly, %", "from", "to", "feature right, %"], rows),
-    )
-
-
 def _plot_channels(time: np.ndarray, angle: np.ndarray, ax: Axes, *beside: Axes) -> None:
     """Angles (channel, sample) [rad] in degrees, dark at the base, bright at the tip, with a colour
     bar that takes its room from ``ax`` and the axes ``beside`` it.

@@ -63,7 +63,7 @@ def touch(
         typer.Option(help=f"speed of the feature [m/s]{_MANY}"),
     ] = [0.6],  # noqa: B006
     outline: Annotated[
-        Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")
+        Path | None, typer.Option(help="SVG or CSV file of --feature outline")
     ] = None,
     approach: Annotated[
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
@@ -86,13 +86,6 @@ def touch(
             " (docs: Contact)"
         ),
     ] = "smooth",
-    flow: Annotated[
-        str | None,
-        typer.Option(
-            help="for an antenna in space: what drags it along, drag [N·ms/mm²] and speed along"
-            " x y z [m/s], as in drag=2e-5,x=0.3"
-        ),
-    ] = None,
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential",
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
@@ -148,14 +141,11 @@ def touch(
 
 def _list_options(said: SimpleNamespace) -> dict[str, Any]:
     """What one touch and many are simulated with."""
-    from feeler.objects.motion import parse_flow
-
     return {
         "duration": said.duration,
         "timestep": said.timestep,
         "engine": said.engine,
         "contact": said.contact,
-        "flow": None if said.flow is None else parse_flow(said.flow),
     }
 
 

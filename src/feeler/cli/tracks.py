@@ -29,6 +29,7 @@ left_tip,right_tip,head,abdomen
 """
 
 import json
+import os
 import warnings
 from itertools import pairwise
 from pathlib import Path
@@ -38,7 +39,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, list_options, say, say_in_shell, say_json
+from feeler.cli.options import Json, say
 from feeler.errors import InvalidInput, ModelValidityWarning, suggest
 
 _SIDES = ("left", "right")
@@ -181,6 +182,7 @@ def tracks(
         _save_pages,
     )
     from feeler.tracking import measure_exploration
+    from feeler.tracking.quality import _leave_out_errors
 
     how: dict[str, Any] = {
         "frame_rate": said.frame_rate,
@@ -191,6 +193,7 @@ def tracks(
         "plane": said.plane,
         "camera": said.camera,
     }
+    said.names = _name_trials(said.files)
     owners = None if said.sheet is None else _read_sheet(said.sheet, said.files)
     trials = [_load(file, how) for file in said.files]
     if said.scale is not None:
@@ -219,13 +222,24 @@ def tracks(
             outliers=settings["outliers"],
             landmarks={"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen},
         )
-    found = _describe(said.files, trials, result, settings)
-    ends = [
+    found = _describe(said.names, trials, result, settings)
+    lines = [
         (side, [base or head, tip])
         for side, base, tip in zip(_SIDES, stalks or (head, head), ends, strict=True)
         if tip
     ]
-    touched = _find_touched(said, trials, ends)
+    seen = trials
+    if said.contact and settings["outliers"] == "remove":
+        marks = {
+            "tips": ends,
+            "bases": stalks or (head, head),
+            "head": head,
+            "abdomen": abdomen,
+        }
+        seen = [
+            _leave_out_errors(one, **marks, max_gap=settings["max_gap"])[0] for one in trials
+        ]
+    touched = _find_touched(said, seen, lines)
     if touched is not None:
         for row, one in zip(found["trials"], touched, strict=True):
             row["contacts"] = one.to_dict("records")
@@ -238,7 +252,20 @@ def tracks(
         }
     say(said.as_json, found, _write_words(found))
     if said.out is not None:
-        _save_pages(said.out, said.files, trials, result, found, touched)
+        _save_pages(said.out, said.names, trials, result, found, touched)
+
+
+def _name_trials(files: list[Path]) -> list[str]:
+    """What each file is called in tables: by its folders too where names are alike."""
+    paths = [file.resolve() for file in files]
+    if twice := [
+        file for file, path in zip(files, paths, strict=True) if paths.count(path) > 1
+    ]:
+        raise InvalidInput(f"{twice[0]} is given twice; give each film once.")
+    if len({path.stem for path in paths}) == len(paths):
+        return [path.name for path in paths]
+    shared = os.path.commonpath([path.parent for path in paths])
+    return [path.relative_to(shared).as_posix() for path in paths]
 
 
 def _settle(said: SimpleNamespace, trials: list) -> dict[str, Any]:
@@ -305,15 +332,11 @@ def _settle_bases(said: SimpleNamespace, trials: list) -> tuple[str, str]:
 
 
 def _read_cutoff(text: str) -> float | str:
-    """A cut-off [Hz], or the word for one."""
-    if text in ("auto", "paper"):
-        return text
+    """A cut-off [Hz], or the word for one, which the library knows."""
     try:
         return float(text)
     except ValueError:
-        raise InvalidInput(
-            f"--cutoff must be auto, paper or a number of Hz, got {text!r}."
-        ) from None
+        return text
 
 
 def _load(file: Path, how: dict[str, Any]) -> Any:
@@ -327,22 +350,20 @@ def _load(file: Path, how: dict[str, Any]) -> Any:
 
 
 def _describe(
-    files: list[Path], trials: list, result: Any, settings: dict[str, Any]
+    names: list[str], trials: list, result: Any, settings: dict[str, Any]
 ) -> dict[str, Any]:
     """All numbers, in degrees per second, and what they were measured with."""
-    from feeler.cli.app import app
+    from feeler.cli.app import put_in_shell
 
-    group: Any = typer.main.get_command(app)
-    options = list_options(group, ["tracks"])
     rows = []
-    for k, (file, trial) in enumerate(zip(files, trials, strict=True)):
+    for k, (name, trial) in enumerate(zip(names, trials, strict=True)):
         mean, error = (
             _drop_nan(np.rad2deg(values[k]) * 1e3)
             for values in (result.mean_peak, result.error)
         )
         rows.append(
             {
-                "file": file.name,
+                "file": name,
                 "mean_peak": mean,
                 "error": error,
                 "n_peaks": result.n_peaks[k].tolist(),
@@ -362,7 +383,7 @@ def _describe(
                 "left_out": result.left_out[k],
                 "notes": trial.notes,
                 "rhythm": _describe_rhythm(result.sweeps[k], trial.interval),
-                "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
+                "remarks": [put_in_shell(words, ["tracks"]) for words in result.remarks[k]],
             }
         )
     overall, lateral = _drop_nan([result.mean, result.lateral_speed])
@@ -594,55 +615,48 @@ def _save_poses(
 
 
 def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, Any]) -> None:
-    """Say how a flagellum bends, and save it as netCDF."""
+    """Say how a flagellum bends and when it touches, and save it as netCDF."""
+    from feeler.cli.tracks_pages import _find_touched, _save_contacts
     from feeler.tracking import measure_posture
 
     names = ("min_likelihood", "origin", "plane", "individual", "scale", "feeler")
     used = {name: settings[name] for name in names} | {"points": said.points}
-    found: list[dict[str, Any]] = []
-    for file, trial in zip(said.files, trials, strict=True):
-        posture = measure_posture(trial, _split(said.points) or ())
-        found.append(_describe_posture(file, trial, posture) | {"settings": used})
-        posture.attrs["settings"] = json.dumps(used)
-        if not said.as_json:
-            one = found[-1]
-            largest = ", ".join(
-                f"{name} {value:.1f}°" for name, value in one["largest_bend"].items()
-            )
-            typer.echo(
-                f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
-                f" of {one['frames']} frames whole; largest bend {largest}"
-            )
-        if said.out is not None:
-            said.out.mkdir(parents=True, exist_ok=True)
-            posture.to_netcdf(said.out / f"{file.stem}.posture.nc", engine="h5netcdf")
-            typer.echo(f"wrote {said.out}/{file.stem}.posture.nc", err=True)
-    _say_touches(said, trials, found)
-    if said.as_json:
-        say_json(found)
-
-
-def _say_touches(said: SimpleNamespace, trials: list, found: list[dict[str, Any]]) -> None:
-    """When the flagellum touches, where that was asked."""
-    from feeler.cli.tracks_pages import _find_touched, _save_contacts
-
     points = [*(_split(said.points) or ())]
+    postures = [measure_posture(trial, points) for trial in trials]
     touched = _find_touched(said, trials, [("antenna", points)])
-    if touched is None:
+    found, lines = [], []
+    for k, (name, trial) in enumerate(zip(said.names, trials, strict=True)):
+        one = _describe_posture(name, trial, postures[k]) | {"settings": used}
+        if touched is not None:
+            one["contacts"] = touched[k].to_dict("records")
+        largest = ", ".join(
+            f"{joint} {value:.1f}°" for joint, value in one["largest_bend"].items()
+        )
+        lines.append(
+            f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
+            f" of {one['frames']} frames whole; largest bend {largest}"
+        )
+        lines += [f"  {words}" for words in _list_contacts(one)]
+        found.append(one)
+    say(said.as_json, found, lines)
+    if said.out is None:
         return
-    for row, one in zip(found, touched, strict=True):
-        row["contacts"] = one.to_dict("records")
-        if not said.as_json:
-            typer.echo("\n".join(f"  {words}" for words in _list_contacts(row)))
-    if said.out is not None:
-        _save_contacts(said.out, said.files, touched)
+    said.out.mkdir(parents=True, exist_ok=True)
+    alike = len({Path(name).stem for name in said.names}) < len(said.names)
+    for name, posture in zip(said.names, postures, strict=True):
+        posture.attrs["settings"] = json.dumps(used)
+        stem = name.replace("/", "_") if alike else Path(name).stem
+        posture.to_netcdf(said.out / f"{stem}.posture.nc", engine="h5netcdf")
+        typer.echo(f"wrote {said.out}/{stem}.posture.nc", err=True)
+    if touched is not None:
+        _save_contacts(said.out, said.names, touched)
 
 
-def _describe_posture(file: Path, trial: Any, posture: Any) -> dict[str, Any]:
+def _describe_posture(name: str, trial: Any, posture: Any) -> dict[str, Any]:
     """All that is said of a flagellum; bends in degrees."""
     largest = np.rad2deg(np.abs(posture.bend).max("time")).values
     return {
-        "file": file.name,
+        "file": name,
         "length": float(posture.piece_length.sum()),
         "frames": trial.n_frames,
         "whole": int(np.isfinite(posture.bend).all("joint").sum()),

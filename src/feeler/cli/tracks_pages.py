@@ -1,6 +1,8 @@
 """What ``feeler tracks`` writes: page, table, figure, numbers; contacts; groups of animals."""
 
 import json
+from itertools import accumulate
+from operator import and_, eq
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,7 @@ def _list_cells(row: dict[str, Any]) -> list[object]:
 
 def _save_pages(
     out: Path,
-    files: list[Path],
+    names: list[str],
     trials: list,
     result: Any,
     found: dict[str, Any],
@@ -53,12 +55,12 @@ def _save_pages(
     out.mkdir(parents=True, exist_ok=True)
     _save_table(out / "tracks.csv", trials, result, found)
     if touched is not None:
-        _save_contacts(out, files, touched)
+        _save_contacts(out, names, touched)
     write_text(out / "tracks.json", json.dumps(found, indent=1) + "\n")
     height = 1.2 + 1.5 * len(trials)
 
     def draw(figure: Any) -> None:
-        plot_exploration(result, figure, [file.name for file in files], touched)
+        plot_exploration(result, figure, names, touched)
 
     with style():
         draw(figure := Figure(figsize=(6.0, height), layout="constrained"))
@@ -87,7 +89,7 @@ def _save_pages(
     )
     write_page(
         out / "tracks.html",
-        "Antennal movement: " + ", ".join(file.name for file in files),
+        "Antennal movement: " + ", ".join(names),
         _write_mean(found),
         section,
     )
@@ -214,16 +216,17 @@ def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
             f"--contact takes pairs X,Y of pixels, got {len(numbers)} numbers: {said.contact}."
         )
     places = np.reshape(numbers, (-1, 2)) / (said.scale or 1.0)
-    places[:, 1] *= -1.0 if said.origin == "top-left" else 1.0
+    # load_tracks turns y round where nobody chose a plane in space
+    places[:, 1] *= -1.0 if said.origin == "top-left" and said.plane is None else 1.0
     return [(float(x), float(y)) for x, y in places]
 
 
-def _save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
+def _save_contacts(out: Path, names: list[str], touched: list[Any]) -> None:
     """contacts.csv: a row for each contact."""
     import pandas as pd
 
     out.mkdir(parents=True, exist_ok=True)
-    tables = [one.assign(trial=file.name) for file, one in zip(files, touched, strict=True)]
+    tables = [one.assign(trial=name) for name, one in zip(names, touched, strict=True)]
     write_text(out / "contacts.csv", pd.concat(tables).to_csv(index=False))
     typer.echo(f"wrote {out}/contacts.csv", err=True)
 
@@ -242,16 +245,26 @@ def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
             f" {', '.join(map(str, table.columns))}; it needs file and group, and animal where an"
             " animal has several films."
         )
-    owner = table["animal"] if "animal" in table else table["file"]
-    known = {
-        Path(name).name: (str(animal), str(group))
-        for name, animal, group in zip(table["file"], owner, table["group"], strict=True)
-    }
-    if lacking := [file.name for file in files if file.name not in known]:
-        raise InvalidInput(
-            f"--sheet {path} names no animal for {lacking[0]}; it names {', '.join(known)}."
-        )
-    return [known[file.name] for file in files]
+    table = table.apply(lambda column: column.str.strip()).replace("", np.nan)
+    parts = [Path(name).parts[::-1] for name in table["file"].fillna("")]
+    owner = "animal" if "animal" in table else "file"
+    rows: list[int] = []
+    for file in files:
+        mine = file.resolve().parts[::-1]
+        same = [sum(accumulate(map(eq, mine, names), and_)) for names in parts]
+        found = [k for k, n in enumerate(same) if n and n == max(same)]
+        if not found or table.loc[found[0], [owner, "group"]].isna().any():
+            raise InvalidInput(
+                f"--sheet {path} names no animal and group for {file}; its files are"
+                f" {', '.join(map(str, table['file']))}."
+            )
+        if len(found) > 1 or found[0] in rows:
+            raise InvalidInput(
+                f"--sheet {path}: which row is that of {file}? Several files or rows are called"
+                f" {file.name}; give their folders too."
+            )
+        rows += found
+    return [(animal, group) for animal, group in table.loc[rows, [owner, "group"]].to_numpy()]
 
 
 def _compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:

@@ -723,4 +723,5 @@ def _chain(n_components: int | None, *steps: Any) -> _FlatPipeline:
 
 
 def _flatten(X: Any) -> Any:
+    X = stack_planes(X)
     return np.reshape(np.asarray(X), (len(X), -1)) if getattr(X, "ndim", 2) > 2 else X

@@ -306,8 +306,8 @@ class DesignOutcome(Shown):
 
     @property
     def task(self) -> DesignTask:
-        """The task at the best one's own speed."""
-        return self.plan.task.at(self.ends[0].design.speed)
+        """What was to be discriminated."""
+        return self.plan.task
 
     def compare(self, purpose: str = "final") -> tuple[float, float]:
         """Share of the reference's errors that the best one avoids, and its standard error over
@@ -335,7 +335,6 @@ class DesignOutcome(Shown):
             "ends": [
                 {
                     "x": end.best.x.tolist(),
-                    "speed": end.design.speed,
                     "counts": end.counts,
                     "seconds": end.seconds,
                 }
@@ -377,21 +376,17 @@ def run_plan(
     ensure_folder(out)
     asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
     ends = optimise(plan.task, plan.space, plan.constraints, **asked, **options)
-    own = [plan.task.at(end.design.speed) for end in ends]
-    tests = [
-        score(end.design.antenna, task, "test", **options)
-        for end, task in zip(ends, own, strict=True)
-    ]
+    tests = [score(end.design.antenna, plan.task, "test", **options) for end in ends]
     order = sorted(range(len(ends)), key=lambda k: -tests[k].bits)
-    best, task = ends[order[0]].design.antenna, own[order[0]]
+    best = ends[order[0]].design.antenna
     found = DesignOutcome(
         plan=plan,
         ends=tuple(ends[k] for k in order),
         tests=tuple(tests[k] for k in order),
         reference_test=score(plan.reference, plan.task, "test", **options),
-        final=score(best, task, "final", **options),
+        final=score(best, plan.task, "final", **options),
         reference_final=score(plan.reference, plan.task, "final", **options),
-        looks=_count_looks(out / _FINALS, task, best),
+        looks=_count_looks(out / _FINALS, plan.task, best),
     )
     _keep(found, out)
     return found

@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna, make_even_sensors
 from feeler.decoding import CLASSIFIERS, Classifier
 from feeler.decoding.observers import fit_class
 from feeler.decoding.sweeps import N_COPIES
-from feeler.errors import InvalidInput, require_extra
+from feeler.errors import InvalidInput
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
 from feeler.objects.bodies import Object, make_object
@@ -77,10 +77,6 @@ class DesignTask(Task):
             raise InvalidInput(
                 f"seeds must name optimiser, test and final; {min(missing)} lacks."
             )
-
-    def at(self, speed: float | None) -> "DesignTask":
-        """The task at one speed of a design's own, if it has one."""
-        return self if speed is None else self.replace(speeds=(speed,))
 
     def draw_classes(self, antenna: Antenna, purpose: str, speed: float) -> list[Trial]:
         """The touches for one purpose, class by class, ``train`` before ``test`` ones."""
@@ -455,21 +451,3 @@ def _choose_evenly(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
 @CHOICES.register("random")
 def _choose_by_chance(tensors: np.ndarray, _sd: float, _count: int) -> np.ndarray:
     return np.random.default_rng(0).permutation(tensors.shape[2])
-
-
-@CHOICES.register("sspoc")
-def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
-    """PySensors' sparse sensor placement for classification (Brunton et al. 2016): each sensor's
-    time course in one vector, whose greatest absolute value counts for the sensor."""
-    require_extra("pysensors", "design", "sparse placement")
-    from pysensors.classification import SSPOC
-
-    peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[
-        ..., 0
-    ]
-    flat, labels = (
-        peaks.reshape(-1, tensors.shape[2]),
-        np.repeat(np.arange(len(tensors)), tensors.shape[1]),
-    )
-    model = SSPOC(n_sensors=count).fit(flat, labels, quiet=True)
-    return np.asarray(model.get_selected_sensors())

@@ -28,14 +28,13 @@ _Range = tuple[_PositiveSpace, _PositiveSpace]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Design:
-    """A point of a space: an antenna, and how fast to touch with it (None: as the task says)."""
+    """A point of a space: an antenna."""
 
     antenna: Antenna
-    speed: float | None = None
 
 
 class Space(Record):
-    """Antennas x ↦ log-factors on a reference's stiffness, damping, length, radius; sensors; speed.
+    """Antennas x ↦ log-factors on a reference's stiffness, damping and length.
 
     Stiffness and damping have values at knots spread evenly over the segments, between which the
     logarithm of the factor is a natural cubic spline: 0 knots leave the profile, 1 scales it, 2
@@ -53,12 +52,6 @@ class Space(Record):
         The greatest factor on stiffness and damping at a knot, either way.
     length : Range
         Least and greatest factor on all segment lengths; mass goes with it.
-    radius : Range
-        Of the collision radius.
-    warp : float
-        Sensors at shares (j / (m − 1))^w of the hinges, w from 1/warp to warp; 1: they stay.
-    speed : Range | None
-        Slowest and fastest touch [m/s]; None: the task's.
     held : Literal[nothing, total, tip]
         The reference's compliance that every antenna has, too; see :func:`match_compliance`.
 
@@ -73,9 +66,6 @@ class Space(Record):
     damping: Annotated[int, Ge(0)] = 2
     span: Annotated[float, Gt(1)] = 100.0
     length: _Range = (1.0, 1.0)
-    radius: _Range = (1.0, 1.0)
-    warp: Annotated[float, Ge(1)] = 1.0
-    speed: _Range | None = None
     held: Literal["nothing", "total", "tip"] = "nothing"
 
     def _check(self) -> None:
@@ -84,38 +74,30 @@ class Space(Record):
             raise InvalidInput(
                 f"stiffness and damping must have 0 to {n} knots, one per hinge."
             )
-        for name in ("length", "radius"):
-            low, high = getattr(self, name)
-            if not low <= 1 <= high:
-                raise InvalidInput(
-                    f"{name} must be factors (low ≤ 1, high ≥ 1), got {getattr(self, name)}."
-                )
-        if self.speed is not None and self.speed[0] >= self.speed[1]:
-            raise InvalidInput(f"speed must be a range 0 < low < high [m/s], got {self.speed}.")
+        if not self.length[0] <= 1 <= self.length[1]:
+            raise InvalidInput(
+                f"length must be factors (low ≤ 1, high ≥ 1), got {self.length}."
+            )
         if not self.names:
             raise InvalidInput(
-                "this space has no freedom: give stiffness or damping knots, or a range of length,"
-                " radius, warp or speed."
+                "this space has no freedom: give stiffness or damping knots, or a range of length."
             )
 
     @property
     def names(self) -> list[str]:
         """What each number of x changes."""
-        ends = [name for name in ("length", "radius") if getattr(self, name) != (1.0, 1.0)]
-        ends += ["warp"] * (self.warp > 1) + ["speed"] * (self.speed is not None)
         knots = [
             f"{what} {k + 1}"
             for what in ("stiffness", "damping")
             for k in range(getattr(self, what))
         ]
-        return knots + ends
+        return knots + ["length"] * (self.length != (1.0, 1.0))
 
     def build(self, x: Annotated[np.ndarray, "parameter"]) -> Design:
         """The design at x, entries beyond ±1 taken at the bound."""
         base, n = self.reference, self.reference.n_segments
         knots = [self.stiffness, self.stiffness + self.damping]
         *logs, rest = np.split(np.clip(np.asarray(x, dtype=float), -1.0, 1.0), knots)
-        part = dict(zip(self.names[knots[1] :], rest, strict=True))
         changes: dict[str, Any] = {}
         for name, at in zip(("stiffness", "damping"), logs, strict=True):
             factor = np.exp(np.log(self.span) * _make_basis(n, len(at)) @ at)
@@ -123,18 +105,13 @@ class Space(Record):
             changes[name] = _put_bending(rows, _list_bending(rows) * factor)
         if self.held != "nothing":
             changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
-        grow = np.exp(_scale(part.get("length"), self.length))
+        low, high = np.log(self.length)
+        grow = np.exp(
+            np.interp(rest.sum(), (-1, 0, 1), (low, 0.0, high))
+        )  # 0 where it is not free
         changes["segment_length"] = base.segment_length * grow
         changes["segment_mass"] = base.segment_mass * grow
-        changes["radius"] = base.radius * np.exp(_scale(part.get("radius"), self.radius))
-        if "warp" in part:
-            changes["sensors"] = place_sensors(
-                n, base.sensors.size, float(self.warp ** part["warp"])
-            )
-        speed = None
-        if self.speed is not None:
-            speed = float(np.exp(np.interp(part["speed"], (-1, 1), np.log(self.speed))))
-        return Design(antenna=base.replace(**changes, name="design"), speed=speed)
+        return Design(antenna=base.replace(**changes, name="design"))
 
 
 @checked
@@ -180,27 +157,6 @@ def _make_basis(n_segments: int, knots: int) -> np.ndarray:
         return np.eye(n_segments)
     places = np.linspace(0, n_segments - 1, knots)
     return CubicSpline(places, np.eye(knots), bc_type="natural")(np.arange(n_segments))
-
-
-def place_sensors(n_segments: int, count: int, warp: float) -> np.ndarray:
-    """``count`` hinge numbers at shares (j / (count − 1))^warp; where two fall together the next
-    free one to the tip.
-    """
-    wanted = 1 + np.round((n_segments - 1) * np.linspace(0, 1, count) ** warp).astype(int)
-    for j in range(1, count):
-        wanted[j] = max(wanted[j], wanted[j - 1] + 1)
-    for j in range(count - 1, -1, -1):
-        wanted[j] = min(wanted[j], n_segments - (count - 1 - j))
-    return wanted
-
-
-def _scale(value: Any, ends: _Range) -> float:
-    """A log-factor: 0 at the reference, the ends' at ±1."""
-    return (
-        0.0
-        if value is None
-        else float(np.interp(value, (-1, 0, 1), (np.log(ends[0]), 0.0, np.log(ends[1]))))
-    )
 
 
 SHEETS = (
@@ -451,8 +407,7 @@ class DesignProblem:
         """What the journal keeps: the four numbers, and the processor time [s] they took."""
         began, values = time.process_time(), [0.0, 0.0, 1.0, np.inf]
         with suppress(SimulationDivergedError):
-            task = self.task.at(design.speed)
-            one = score(design.antenna, task, "optimiser", **self.options)
+            one = score(design.antenna, self.task, "optimiser", **self.options)
             values = [one.bits, float(np.nan_to_num(one.bits_error)), one.errors, one.peak]
         return values, time.process_time() - began
 

@@ -1,5 +1,6 @@
 """What an encoder takes: tensors, masks, weights and settings; what it refuses says what to do."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,7 @@ def read_tensors(X: Any, mask: Any = None) -> tuple[np.ndarray, np.ndarray | Non
         X = X["angle"]
     X = stack_planes(X)
     dims = find_dims(X)
+    _check_labels(X, mask)
     own = np.ma.getmask(X) if isinstance(X, np.ma.MaskedArray) else np.ma.nomask
     try:
         tensors = np.ma.getdata(_order(X, dims))
@@ -98,6 +100,55 @@ def read_tensors(X: Any, mask: Any = None) -> tuple[np.ndarray, np.ndarray | Non
         tensors = np.where(hidden, 0.0, tensors)
     _check_values(tensors)
     return tensors, hidden
+
+
+def _check_labels(X: Any, mask: Any) -> None:
+    """Refuse a mask with other labels than the tensors have, and samples at uneven times."""
+    indexes = getattr(X, "indexes", {})
+    for dim, index in getattr(mask, "indexes", {}).items():
+        if dim in indexes and not index.equals(indexes[dim]):
+            raise InvalidInput(
+                f"The mask has other labels along {dim} than the tensors, or in another order;"
+                " mask.reindex_like(X) puts equal ones in theirs."
+            )
+    if "time" in indexes and indexes["time"].dtype.kind in "fiu":
+        steps = np.diff(indexes["time"].to_numpy())
+        if steps.size and np.ptp(steps) > 0.5 * abs(np.median(steps)):
+            raise InvalidInput(
+                f"The samples are not evenly spaced: steps in time from {steps.min():.4g} to"
+                f" {steps.max():.4g}. Take them at even times, X.interp(time=…)."
+            )
+
+
+def read_axes(X: Any) -> dict[str, Any]:
+    """Labels of the sensors and time between samples, as far as the tensors say them."""
+    axes: dict[str, Any] = {}
+    X = stack_planes(X["angle"] if hasattr(X, "data_vars") else X)
+    indexes = getattr(X, "indexes", {})
+    if indexes and (sensor := find_dims(X)[1]) in indexes and indexes[sensor].nlevels == 1:
+        axes["sensor"] = indexes[sensor].tolist()
+    if "time" in indexes and indexes["time"].dtype.kind in "fiu" and len(indexes["time"]) > 1:
+        axes["step"] = float(np.median(np.diff(indexes["time"].to_numpy())))
+    return axes
+
+
+def check_axes(X: Any, known: dict[str, Any]) -> None:
+    """Refuse the bases' sensors in another order; warn of another time between samples."""
+    axes = read_axes(X)
+    mine, learned = axes.get("sensor"), known.get("sensor")
+    if mine and learned and mine != learned and {*mine} == {*learned}:
+        raise InvalidInput(
+            "The tensors have the sensors that the bases were learned on in another order. Put"
+            " them in that order, from base to tip."
+        )
+    if {"step"} <= axes.keys() & known.keys() and not np.isclose(
+        axes["step"], known["step"], rtol=0.01
+    ):
+        warnings.warn(
+            "The tensors have another time between samples than those that the bases were learned"
+            " on, so that the bases play at another speed. Resample: X.interp(time=…).",
+            stacklevel=4,
+        )
 
 
 def _read_mask(mask: Any, own: Any, tensors: np.ndarray) -> np.ndarray | None:

@@ -36,11 +36,13 @@ from feeler.encoding.factorise import (
 )
 from feeler.encoding.inputs import (
     FIXED_CODES,
+    check_axes,
     check_choice,
     check_settings,
     check_size,
     check_tensors,
     find_dims,
+    read_axes,
     read_tensors,
     read_weights,
 )
@@ -307,6 +309,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
 
             found = factorise(data, starts, settings, outer, inner, tell)
         self._keep([_canonical(one) for one in found], data)
+        self._axes = read_axes(X)
         if root is not None:
             for codes in self.restart_activations_:
                 np.divide(codes, root, out=codes, where=root > 0)
@@ -339,6 +342,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         check_is_fitted(self, "components_")
         tensors, hidden = read_tensors(X, mask)
         check_tensors(tensors, self.components_)
+        check_axes(X, getattr(self, "_axes", {}))
         code = self._choose_code(code)
         with open_pool(_count_threads(self.n_jobs)) as run:
             activations, settled = encode_masked(
@@ -409,6 +413,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         entries that count, each trial with its weight.
         """
         tensors, hidden = read_tensors(X, mask)
+        check_axes(X, getattr(self, "_axes", {}))
         weights = read_weights(sample_weight, len(tensors))
         tensors = tensors / find_scale(tensors)  # squares of very small entries would underflow
         rest = tensors - self.inverse_transform(self.transform(tensors, mask=hidden))
@@ -433,10 +438,12 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         """
         if hasattr(self, "components_"):
             self._check_shape()
+            check_axes(X, axes := getattr(self, "_axes", {}))
             learned = self.components_, getattr(self, "_sums", (0.0, 0.0))
         else:
-            learned = None
+            learned, axes = None, {}
         self._set_bases(*self._learn_batch(X, learned, forget))
+        self._axes = axes or read_axes(X)
         return self
 
     def fit_stream(
@@ -517,7 +524,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
 
     def _set_bases(self, components: np.ndarray, sums: _Sums) -> None:
         """Set what was learned, without what is known of the tensors of a ``fit`` alone."""
-        for name in _OF_FIT:
+        for name in (*_OF_FIT, "_axes"):
             self.__dict__.pop(name, None)
         self.components_, self._sums = components, sums
         self.n_sensors_in_ = components.shape[1]
@@ -692,7 +699,12 @@ def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
         if hasattr(encoder, name)
     } | dict(zip(_SUMS, getattr(encoder, "_sums", ()), strict=False))
     save_model(
-        Model(kind=_KIND, version=_VERSION, arrays=arrays, settings={"parameters": parameters}),
+        Model(
+            kind=_KIND,
+            version=_VERSION,
+            arrays=arrays,
+            settings={"parameters": parameters, "axes": getattr(encoder, "_axes", {})},
+        ),
         path,
     )
     return Path(path)
@@ -753,6 +765,7 @@ def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
         {name: model.arrays[name] for name in _ARRAYS if name in model.arrays} | numbers
     ).items():
         setattr(encoder, name, value)
+    encoder._axes = model.settings.get("axes", {})
     if all(name in model.arrays for name in _SUMS):
         encoder._sums = model.arrays[_SUMS[0]], model.arrays[_SUMS[1]]
     return encoder

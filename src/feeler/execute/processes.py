@@ -55,6 +55,7 @@ class WorkerCrashed(FeelerError, RuntimeError):
     """A worker process ended before it had answered."""
 
 
+_GUARD = 'In a script, start batches under `if __name__ == "__main__":`.'
 OPENINGS = 3  # [C] workers in a row that may end as they begin
 CRASHES = (WorkerCrashed, MemoryError)
 """Errors that tell of the machine rather than of the task, so that a second try makes sense."""
@@ -84,6 +85,10 @@ class ProcessExecutor(AbstractContextManager):
     """
 
     def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            raise InvalidInput(
+                f"a worker that imports its script starts no processes. {_GUARD}"
+            )
         self.workers = check_workers(workers)
         if memory_limit is not None and memory_limit < 2**26:
             raise InvalidInput(
@@ -172,8 +177,7 @@ _starting = threading.Lock()
 def _explain_start() -> WorkerCrashed:
     return WorkerCrashed(
         f"{OPENINGS} times in a row worker processes ended as they began. The system may have run"
-        " out of memory: use fewer workers. In a script, start batches under"
-        ' `if __name__ == "__main__":`.'
+        f" out of memory: use fewer workers. {_GUARD}"
     )
 
 

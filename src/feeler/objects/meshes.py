@@ -126,57 +126,6 @@ class Mesh(Feature):
         vertices, starts = found["corners"], found["starts"]
         return cls(vertices=vertices, starts=starts, rounding=rounding, name=name)
 
-    @classmethod
-    @checked
-    def from_heights(
-        cls,
-        heights: Annotated[np.ndarray, "row column"],
-        spacing: Annotated[float, Gt(0)],
-        *,
-        depth: Annotated[float, Gt(0)] = 5.0,
-        rounding: float = 0.0,
-        name: str = "",
-    ) -> "Mesh":
-        """A ground of known heights, such as bark: two upright wedges below each square of them.
-
-        Between four neighbours the ground is two triangles. It moves the way its heights rise.
-
-        Parameters
-        ----------
-        heights
-            Heights (row, column) [mm], rows along the resting antenna and columns across it, both
-            centred.
-        spacing
-            Distance of neighbours [mm].
-        depth
-            How far the solid goes on below the lowest height [mm].
-        rounding, name
-            As in ``Mesh``.
-
-        Raises
-        ------
-        InvalidInput
-            Fewer than two rows or columns, heights that are not finite, or more than 416 squares.
-        """
-        n_rows, n_columns = heights.shape
-        n_corners = 12 * (n_rows - 1) * (n_columns - 1)
-        if not 0 < n_corners <= _MAX_CORNERS or not np.isfinite(heights).all():
-            raise InvalidInput(
-                "Mesh.from_heights takes finite heights, two rows and two columns at least and"
-                f" {_MAX_CORNERS // 12} squares between them at most, such as 21 × 21, got"
-                f" {n_rows} × {n_columns}. Take every second height, or a part of the ground."
-            )
-        along, across = (spacing * (np.arange(n) - (n - 1) / 2) for n in heights.shape)
-        ground = np.stack([heights, *np.meshgrid(along, across, indexing="ij")], axis=2)
-        first, below = ground[:-1, :-1], ground[1:, :-1]
-        beside, last = ground[:-1, 1:], ground[1:, 1:]
-        tops = np.stack([[first, below, last], [first, last, beside]]).transpose(2, 3, 0, 1, 4)
-        feet = tops.copy()
-        feet[..., 0] = heights.min() - depth
-        wedges = np.concatenate([tops, feet], axis=3).reshape(-1, 3)
-        starts = np.arange(0, len(wedges), 6)
-        return cls(vertices=wedges, starts=starts, rounding=rounding, name=name)
-
     def make_name(self) -> str:
         """``mesh`` and six digits that stand for the corners and the rounding."""
         return f"mesh {digest_numbers(self.vertices, self.starts, self.rounding)}"

@@ -9,7 +9,7 @@ import numpy as np
 from feeler.antenna.segments import find_rate
 from feeler.errors import InvalidInput
 from feeler.records import Ge, Record, Unit
-from feeler.validation import checked, is_array
+from feeler.validation import is_array
 
 # How an antenna's base moves: at constant velocity, or along a recorded path.
 
@@ -186,9 +186,6 @@ _COUNTS = {2: "two finite numbers (x, y)", 3: "three finite numbers (x, y, z)"}
 
 # A flow that drags an antenna in space along.
 
-_WORDS = ("drag", "along", "x", "y", "z")
-_EXAMPLE = "name=number,name=number as in drag=2e-5,x=0.3"
-
 
 class Flow(Record):
     """A steady, even flow; its drag on an antenna is linear in their relative velocity.
@@ -215,37 +212,3 @@ class Flow(Record):
     def _check(self) -> None:
         if self.along is None:
             vars(self)["along"] = self.drag / 2
-
-
-@checked
-def parse_flow(text: str) -> Flow:
-    """A flow from one line, as in ``drag=2e-5,x=0.3``: ``drag``, ``along``, and x, y and z of its
-    velocity.
-
-    Raises
-    ------
-    InvalidInput
-        Another name, one that is said twice, or no number.
-    """
-    values: dict[str, float] = {}
-    for name, equals, number in (pair.partition("=") for pair in text.split(",")):
-        key = name.strip()
-        if key not in _WORDS or not equals or key in values:
-            raise InvalidInput(
-                f"the flow {text!r} must be {_EXAMPLE}, each of {', '.join(_WORDS)} once at most;"
-                f" got {name + equals + number!r}."
-            )
-        values[key] = _parse_number(number, text)
-    if "drag" not in values:
-        raise InvalidInput(f"the flow {text!r} needs its drag [N·ms/mm²], as in {_EXAMPLE}.")
-    x, y, z = (values.pop(axis, 0.0) for axis in "xyz")
-    return Flow(velocity=(x, y, z), **values)
-
-
-def _parse_number(number: str, text: str) -> float:
-    try:
-        return float(number)
-    except ValueError:
-        raise InvalidInput(
-            f"the flow {text!r} must be {_EXAMPLE}; {number.strip()!r} is no number."
-        ) from None

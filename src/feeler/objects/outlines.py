@@ -1,12 +1,12 @@
-"""Outlines: any simple polygon as an object, also from SVG, DXF and CSV files."""
+"""Outlines: any simple polygon as an object, also from SVG and CSV files."""
 
 import json
 import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from importlib import import_module
-from itertools import islice
+from functools import partial
+from itertools import groupby, islice
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -78,10 +78,10 @@ class Outline(Prism):
         rounding: float = 0.0,
         name: str = "",
     ) -> "Outline":
-        """The closed path in an SVG, DXF or CSV file.
+        """The closed path in an SVG or CSV file.
 
         The drawing moves to the right of its page: its x axis becomes the first, up becomes left.
-        SVG and DXF drawings are centred across the motion; the two columns of a CSV file are taken
+        SVG drawings are centred across the motion; the two columns of a CSV file are taken
         as they are, as x and y in mm.
 
         Parameters
@@ -104,13 +104,13 @@ class Outline(Prism):
             No such file, not of its format, no closed path, several, no unit, or a path that is no
             simple outline.
         MissingDependencyError
-            SVG and DXF files need ``pip install 'feeler[outlines]'``.
+            SVG files need ``pip install 'feeler[outlines]'``.
         """
         if width is not None and scale is not None:
             raise InvalidInput("give width or scale, not both.")
         path, limits = find_file(path, LIBRARIES, _MAX_BYTES), find_limits()
         if library := LIBRARIES[path.suffix.lower()]:
-            require_extra(library, "outlines", "an outline from an SVG or DXF file")
+            require_extra(library, "outlines", "an outline from an SVG file")
         wanted = json.dumps([width, scale, which, tolerance], default=str)
         limits = Limits(
             max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds
@@ -173,7 +173,7 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.nda
     )
 
 
-# Drawings: the closed paths of an SVG, DXF or CSV file as corners, read in the guard's process.
+# Drawings: the closed paths of an SVG or CSV file as corners, read in the guard's process.
 
 _MAX_BYTES = 8 * 2**20  # [C]
 _MAX_MEMORY = 2**30  # [C] bytes that reading a drawing may take
@@ -190,8 +190,7 @@ _UNITS = {
 }  # mm, as CSS has them
 _PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewBox
 
-_DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
-LIBRARIES = {".svg": "svgpathtools", ".dxf": "ezdxf", ".csv": ""}
+LIBRARIES = {".svg": "svgpathtools", ".csv": ""}
 
 _Curve = Callable[[float], complex]
 """A point of a piece of a path, from 0 where it starts to 1 where it ends; y points up."""
@@ -270,7 +269,7 @@ def _find_unit(
 def _flatten(curves: Iterable[_Curve], tolerance: float, most: int = MAX_CORNERS) -> np.ndarray:
     """Corners (corner, 2) of a polygon within ``tolerance`` of a path, at most so many."""
     points = (point for curve in curves for point in _bisect(curve, 0.0, 1.0, tolerance))
-    found = np.array(list(islice(_leave_out_repeated(points), most + 1)))
+    found = np.array([point for point, _ in islice(groupby(points), most + 1)])
     corners = np.column_stack([found.real, found.imag])
     if len(corners) > most:
         raise InvalidInput(
@@ -283,14 +282,6 @@ def _flatten(curves: Iterable[_Curve], tolerance: float, most: int = MAX_CORNERS
             f" {corners[lost, 0]:g} {corners[lost, 1]:g}."
         )
     return corners
-
-
-def _leave_out_repeated(points: Iterable[complex]) -> Iterator[complex]:
-    before = None
-    for point in points:
-        if point != before:
-            yield point
-        before = point
 
 
 def _bisect(
@@ -322,18 +313,6 @@ def _tidy(corners: np.ndarray) -> np.ndarray:
     return corners[gap > 1e-9 * extent]
 
 
-def _trace(points: Iterable[complex]) -> _Curve:
-    """A Bézier curve: a point by itself, a straight line by two points, a cubic curve by four."""
-
-    def curve(t: float) -> complex:
-        left = np.array([*points])
-        while len(left) > 1:
-            left = left[:-1] + t * (left[1:] - left[:-1])
-        return complex(left[0])
-
-    return curve
-
-
 def _read_csv(path: str) -> tuple[_Paths, float | None]:
     lines = read_text(path, _MAX_BYTES).splitlines()
     start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
@@ -344,7 +323,12 @@ def _read_csv(path: str) -> tuple[_Paths, float | None]:
     ]
     if not rows or {len(row) for row in rows} != {2}:
         raise InvalidInput("it must have two columns, x and y [mm], and nothing else.")
-    return [(Path(path).stem, [_trace([complex(float(x), float(y))]) for x, y in rows])], 1.0
+    corners = [complex(float(x), float(y)) for x, y in rows]
+    return [(Path(path).stem, [partial(_stay, corner) for corner in corners])], 1.0
+
+
+def _stay(corner: complex, _: float) -> complex:
+    return corner
 
 
 def _read_svg(path: str) -> tuple[_Paths, float | None]:
@@ -386,45 +370,7 @@ def _find_svg_unit(root: Any) -> float | None:
     return unit
 
 
-def _read_dxf(path: str) -> tuple[_Paths, float | None]:
-    ezdxf: Any = import_module("ezdxf")
-    from ezdxf import edgeminer, edgesmith
-    from ezdxf.path import make_path
-
-    document = ezdxf.readfile(path)
-    drawn = document.modelspace().query(" ".join(_DXF_CURVES))
-    entities = [entity for entity in drawn if edgesmith.is_pure_2d_entity(entity)]
-    whole = [entity for entity in entities if edgesmith.is_closed_entity(entity)]
-    named = [
-        (f"{entity.dxftype()} on {entity.dxf.layer}", make_path(entity)) for entity in whole
-    ]
-    edges = list(
-        edgesmith.edges_from_entities_2d(entity for entity in entities if entity not in whole)
-    )
-    if edges:
-        chains = edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=1e-6))
-        loops = [c for c in chains if len(c) > 1 and edgeminer.is_loop(c, gap_tol=1e-6)]
-        named += [("chain of lines", edgesmith.path2d_from_chain(chain)) for chain in loops]
-    factor = (
-        ezdxf.units.conversion_factor(document.units, ezdxf.units.MM)
-        if document.units
-        else None
-    )
-    return [(name, _split_dxf(outline)) for name, outline in named], factor
-
-
-def _split_dxf(outline: Any) -> list[_Curve]:
-    """The lines and curves of a path; each says its end and then its control points."""
-    start, curves = outline.start, []
-    for piece in outline.commands():
-        end, *controls = piece
-        curves.append(_trace([complex(p.x, p.y) for p in (start, *controls, end)]))
-        start = end
-    return curves
-
-
 _READERS: dict[str, Callable[[str], tuple[_Paths, float | None]]] = {
     ".svg": _read_svg,
-    ".dxf": _read_dxf,
     ".csv": _read_csv,
 }

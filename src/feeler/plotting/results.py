@@ -472,35 +472,6 @@ def draw_sweep(sweep: Any) -> Picture:
     return figure
 
 
-def draw_traces(fitted: Any) -> Picture:
-    """The fitted displacement of every trace, and the hinges along the antenna."""
-    figure = _open(7.0)
-    trace, profile = figure.subplots(1, 2)
-    for name, values in zip(fitted.animals, fitted.simulated, strict=False):
-        trace.plot(values, label=name)
-    trace.set(xlabel="sample", ylabel="displacement [1 at the release]", title="as fitted")
-    trace.legend(fontsize=7)
-    if fitted.band is None:
-        profile.errorbar(
-            range(len(fitted.p)),
-            fitted.p,
-            [fitted.p - fitted.low, fitted.high - fitted.p],
-            fmt="o",
-        )
-        profile.set_xticks(range(len(fitted.p)), fitted.names, rotation=30, ha="right")
-        profile.set_ylabel("parameter and its interval")
-        return figure
-    band = fitted.band
-    for values, low, high, name in zip(
-        band.middle, band.low, band.high, _QUANTITIES, strict=True
-    ):
-        (line,) = profile.semilogy(band.place, values, label=name)
-        profile.fill_between(band.place, low, high, color=line.get_color(), alpha=0.25)
-    profile.set(xlabel="place (base 0, tip 1)", title="hinges with their intervals")
-    profile.legend(fontsize=7)
-    return figure
-
-
 def draw_measurements(fit: Any, figure: Figure | None = None) -> Figure:
     """Fitted parameters with their intervals, and the hinges along the antenna before and after."""
     figure = _open(7.0) if figure is None else figure
@@ -531,7 +502,7 @@ def draw_measurements(fit: Any, figure: Figure | None = None) -> Figure:
 
 
 def draw_prediction(found: Any, figure: Figure | None = None) -> Figure:
-    """A film that was not used in the fit (dots) and what the antenna does (lines)."""
+    """A filmed release (dots) and what the antenna does (lines)."""
     figure = _open(5.0) if figure is None else figure
     ax = figure.subplots()
     rows = zip(found.place, found.recorded, found.simulated, strict=True)

@@ -24,14 +24,11 @@ from feeler.robot.fit import (
     simulate_release,
 )
 from feeler.robot.reality import (
-    PARTS,
     Touches,
-    add_robots,
     align_recordings,
     draw_robots,
     make_decoder,
     make_training,
-    measure_parts,
     measure_transfer,
     sweep_shots,
     touch_robots,
@@ -52,7 +49,6 @@ from feeler.robot.surrogate import (
 )
 
 __all__ = [
-    "PARTS",
     "ROBOT_FACTS",
     "Flexures",
     "Gap",
@@ -64,7 +60,6 @@ __all__ = [
     "Surrogate",
     "Touches",
     "TrainingSet",
-    "add_robots",
     "align_recordings",
     "compare_tips",
     "compute_tip",
@@ -85,7 +80,6 @@ __all__ = [
     "make_surrogate",
     "make_touches",
     "make_training",
-    "measure_parts",
     "measure_transfer",
     "repair",
     "save_calibration",

@@ -211,17 +211,6 @@ mass = {mass}  # [g]
 radius = 1.0            # [mm], half the thickness that touches things
 
 """
-_MOULDED = """\
-[beam]                  # one soft piece, such as cast silicone
-length = {length}           # [mm], from the clamp to the tip
-segments = {hinges}           # stiff pieces that stand for it in the model; sensors count them
-diameter = "4 - 2 * x"  # [mm] at x, 0 at the base, 1 at the tip: a cone; of a rod one number
-# width = 6.0           # or, of a strip: [mm] across,
-# thickness = 2.0       # and [mm] in the direction that bends
-modulus = 0.8           # E [MPa] of small strains; silicones 0.1 to 3: measure it, or fit it
-density = 1.1e-3        # [g/mm3]
-
-"""
 _TAIL = """\
 [factors]               # make the model ring as your robot does: feeler robot fit release.csv \
 --antenna {file}
@@ -243,36 +232,6 @@ class _Links(Record):
     length: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
     mass: Annotated[np.ndarray, "hinge?", Gt(0), Unit("g")]
     radius: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
-
-
-class _Beam(Record):
-    """Table ``[beam]``: one soft piece, as :meth:`feeler.Antenna.from_beam` takes it; each of
-    diameter, width, thickness, modulus and density is a number or a formula of the place x.
-    """
-
-    length: Annotated[float, Gt(0), Unit("mm")]
-    segments: Annotated[int, Ge(1), Le(MAX_HINGES)]
-    modulus: Any
-    density: Any
-    diameter: Any = None
-    width: Any = None
-    thickness: Any = None
-
-    def make(self, **fields: Any) -> Antenna:
-        """The antenna of this beam, without damping.
-
-        Raises
-        ------
-        InvalidInput
-            Neither a diameter nor width and thickness, or one that is not > 0 all along.
-        """
-        section = {"width": self.width, "thickness": self.thickness}
-        if self.diameter is not None:
-            section["radius"] = f"({self.diameter}) / 2"
-        elif None in section.values():
-            raise InvalidInput("[beam] needs diameter [mm], or width and thickness [mm].")
-        how = {"modulus": self.modulus, "density": self.density, "n_segments": self.segments}
-        return Antenna.from_beam(length=self.length, **how, **section, **fields)
 
 
 class _Factors(Record):
@@ -311,20 +270,12 @@ class RobotFile(Record):
 
     name: str
     folder: Path
-    hinges: Flexures | None = None
-    links: _Links | None = None
-    beam: _Beam | None = None
+    hinges: Flexures
+    links: _Links
     factors: _Factors = _Factors()
     sensors: _Sensors = _Sensors()
 
     def _check(self) -> None:
-        if (self.beam is None) == (self.hinges is None or self.links is None) or (
-            self.beam and (self.hinges or self.links)
-        ):
-            raise InvalidInput(
-                "a robot is hinged, with the tables [hinges] and [links], or moulded in one piece,"
-                " with [beam]; give one or the other."
-            )
         sizes = self._list_sizes()
         if len(sizes - {1}) > 1:
             raise InvalidInput(
@@ -337,8 +288,6 @@ class RobotFile(Record):
 
     def _list_sizes(self) -> set[int]:
         links = self.links
-        if self.hinges is None or links is None:
-            return {self.beam.segments if self.beam else 0}
         values = (self.hinges.stiffness, links.length, links.mass, links.radius)
         return {array.size for array in values}
 
@@ -346,20 +295,15 @@ class RobotFile(Record):
     def theory(self) -> Antenna:
         """p1 = 1 and p2 = 1 ms: what :func:`feeler.robot.fit_factors` starts from."""
         n = max(self._list_sizes())
-        every_hinge = np.arange(1, n + 1)
-        sensors = every_hinge if self.sensors.hinges is None else self.sensors.hinges
-        if self.beam:
-            made = self.beam.make(sensors=sensors, name=self.name)
-            return made.replace(damping=made.stiffness)
-        assert self.hinges is not None and self.links is not None
         stiffness = np.broadcast_to(self.hinges.stiffness, n)
+        sensors = self.sensors.hinges
         return Antenna(
             segment_length=np.broadcast_to(self.links.length, n),
             segment_mass=np.broadcast_to(self.links.mass, n),
             radius=self.links.radius,
             stiffness=stiffness,
             damping=stiffness,
-            sensors=sensors,
+            sensors=np.arange(1, n + 1) if sensors is None else sensors,
             name=self.name,
         )
 
@@ -380,15 +324,11 @@ class RobotFile(Record):
 
 @checked
 def write_robot(
-    path: str | os.PathLike,
-    n_hinges: Annotated[int, Ge(1), Le(MAX_HINGES)],
-    *,
-    moulded: bool = False,
+    path: str | os.PathLike, n_hinges: Annotated[int, Ge(1), Le(MAX_HINGES)]
 ) -> None:
     """Write a commented robot file to be edited.
 
-    Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C]. ``moulded``: one
-    soft piece in place of hinges and links, a cone of silicone [C].
+    Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C].
 
     Raises
     ------
@@ -398,11 +338,10 @@ def write_robot(
     path = Path(path)
     if path.exists():
         raise InvalidInput(f"{path} exists already. Choose another name.")
-    text = (_HEAD + (_MOULDED if moulded else _HINGED) + _TAIL).format(
+    text = (_HEAD + _HINGED + _TAIL).format(
         file=path.name,
         width=[round(width, 2) for width in np.linspace(12.0, 4.0, n_hinges).tolist()],
-        length=8.0 * n_hinges if moulded else [8.0] * n_hinges,
-        hinges=n_hinges,
+        length=[8.0] * n_hinges,
         mass=[0.03] * n_hinges,
         sensors=list(range(1, n_hinges + 1)),
     )

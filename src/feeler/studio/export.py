@@ -354,7 +354,6 @@ def write_touch_page(
         "B": None,
         "touch": {k: v for k, v in wish.to_plain().items() if k not in ("antenna", "preview")},
         "unsure": unsure,
-        "wall": {},
     }
     urls = metadata("feeler").get_all("Project-URL") or ()
     homes = dict(item.split(", ", 1) for item in urls)

@@ -5,7 +5,7 @@ import logging
 import struct
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
-from functools import lru_cache, partial
+from functools import partial
 from threading import Event, Lock, Thread, current_thread
 from typing import Any
 
@@ -19,7 +19,7 @@ from feeler.physics.contact import get_contact
 from feeler.plotting.antennas import describe_turnable
 from feeler.studio import study
 from feeler.studio.export import make_file
-from feeler.studio.live import Boards, Hand, Say, listen, open_calibration, open_text, read_file
+from feeler.studio.live import Boards, Hand, listen, open_calibration, open_text, read_file
 from feeler.studio.requests import (
     PREVIEW,
     AntennaRequest,
@@ -33,9 +33,8 @@ from feeler.studio.requests import (
     read_number,
     simulate_pieces,
 )
-from feeler.studio.study import ANSWERS, OUTSIDE, AntennaStudy, check_cancelled
+from feeler.studio.study import ANSWERS, OUTSIDE, AntennaStudy
 from feeler.validation import checked
-from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
 
 # Messages between page and server: the page sends JSON, the server answers a JSON header and
 # float32 numbers.
@@ -173,62 +172,6 @@ def _touch_in_space(wish: TouchRequest) -> xr.Dataset:
     )
 
 
-# A body that follows a wall, sent while it runs.
-
-_PIECE = 20  # periods of 1 ms
-_FACES = (120.0, 150.0)  # [C] mm before and after the turn
-
-
-def _run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: Event) -> None:
-    """Calibrate, then run past one turn of ``turn`` degrees; the map is kept for the next run."""
-    course = make_turn(turn, _FACES)
-    corners = course.line.tolist()
-    say(
-        {
-            "part": "begin",
-            "antenna": describe_antenna(antenna),
-            "wall": corners,
-            "heading": FOLLOWING.base_angle,
-        }
-    )
-    rows: list[tuple[np.ndarray, np.ndarray]] = []
-    sent = 0
-
-    def watch(body: np.ndarray, angle: np.ndarray) -> None:
-        nonlocal sent
-        check_cancelled(stop)
-        rows.append((body, angle))
-        if len(rows) == _PIECE:
-            say({"part": "piece", "first": sent}, **_take(rows))
-            sent += _PIECE
-
-    known = _find_map(antenna, speed)
-    run = follow(antenna, course, speed=speed, distance_map=known, watch=watch)
-    if rows:
-        say({"part": "piece", "first": sent}, **_take(rows))
-    end: dict[str, Any] = {
-        "error": run.error,
-        "collided": run.collided,
-        "target": run.target,
-        "nearest": run.nearest,
-    }
-    say({"part": "end", **end}, distance=run.distance, estimate=run.estimate)
-
-
-def _take(rows: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
-    taken = {
-        "body": np.array([body for body, _ in rows]),
-        "angle": np.array([angle for _, angle in rows]),
-    }
-    rows.clear()
-    return taken
-
-
-@lru_cache(maxsize=32)
-def _find_map(antenna: Antenna, speed: float) -> DistanceMap:
-    return calibrate(antenna, speed=speed)
-
-
 # A session: what one open page is shown. Messages in, messages out; the newest wish ends the
 # work on the older.
 
@@ -256,7 +199,6 @@ class Session:
             "touch": ("touch", self._touch),
             "study": ("study", self._study),
             "hand": ("touch", self._take_in_hand),
-            "follow": ("follow", self._follow),
             "save": ("file", self._save),
             "open": ("opened", self._open),
             "ports": ("ports", self._list_ports),
@@ -439,12 +381,6 @@ class Session:
         wish = TouchRequest.from_plain(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
         self._hand.run(wish, pace, partial(self._tell, {**about, "hand": True}), stop)
-
-    def _follow(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
-        antenna = AntennaRequest.from_plain(message.get("antenna")).make()
-        turn = read_number(message.get("turn", 30.0), "turn", -79.0, 79.0)
-        speed = read_number(message.get("speed", 0.45), "speed", 0.05, 2.0)
-        _run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
 
     def _save(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         name, mime, content = make_file(message)

@@ -214,11 +214,15 @@ _MOST = 0.4  # [C] as MUCH, that is not left out without a word; a robot that ri
 @checked
 def stack_planes(tensors: Tensors) -> Tensors:
     """Tensors (trial, sensor, time) of those in space (trial, plane, sensor, time): the sensors of
-    one plane after those of the other. What has no planes stays as it is.
+    one plane after those of the other. Without planes only the dims are put in this order, where
+    they have names.
     """
-    if "plane" not in getattr(tensors, "dims", ()):
-        return tensors
     own: Any = tensors
+    dims: tuple[str, ...] = getattr(tensors, "dims", ())
+    if {"trial", "time"} <= {*dims}:
+        own = own.transpose("trial", ..., "time")
+    if "plane" not in dims:
+        return own
     stacked = own.stack(line=("plane", "sensor"), create_index=False)
     return (
         stacked.drop_vars("sensor", errors="ignore")

@@ -217,34 +217,8 @@ def _take_export(
     text: str, source: str, individual: str | None, first: bool
 ) -> Found | Table | None:
     """What FicTrac, Motive or a long table hold; None where a text is none of these."""
-    if fictrac := _read_fictrac(text):
-        rate, timed = None, ""
-        if fictrac["time"] is not None:
-            counted, step, _ = _count_frames(fictrac["time"])
-            if counted is not None:
-                rate, timed = 1e3 / step, "its timestamps"
-        (position,), notes = _spread_frames(fictrac["frame"], source, fictrac["position"])
-        notes |= {"ahead": "a landmark one ball's radius ahead of the body"}
-        return Found(
-            names=fictrac["names"],
-            position=position,
-            frame_rate=rate,
-            timed=timed,
-            software="FicTrac",
-            unit="ball radii",
-            notes=notes,
-        )
-    if motive := _read_motive(text):
-        (position,), notes = _spread_frames(motive["frame"], source, motive["position"])
-        return Found(
-            names=motive["names"],
-            position=position,
-            frame_rate=motive["rate"],
-            timed="",
-            software="Motive",
-            unit="mm",
-            notes=notes,
-        )
+    if found := _read_fictrac(text, source) or _read_motive(text, source):
+        return found
     spread = _spread_long(text, individual)
     if spread is None:
         return None
@@ -575,7 +549,7 @@ def _name_twice(text: str) -> str:
 _FICTRAC = (23, 26)  # numbers in a line of FicTrac's, whose names stand in its documentation
 
 
-def _read_fictrac(text: str) -> dict[str, Any] | None:
+def _read_fictrac(text: str, source: str) -> Found | None:
     """FicTrac's output: the body's path on the ball as a landmark ``body``, and one of a ball's
     radius ahead of it, ``ahead``; None where a text is no such.
     """
@@ -589,13 +563,17 @@ def _read_fictrac(text: str) -> dict[str, Any] | None:
     heading = rows[:, 16]
     body = rows[:, 14:16]
     ahead = body + np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    time = rows[:, 21]
-    return {
-        "names": ("body", "ahead"),
-        "position": np.stack([body, ahead], axis=1),
-        "frame": rows[:, 0],
-        "time": time if time.size > 1 and np.all(np.diff(time) > 0) else None,
-    }
+    (position,), notes = _spread_frames(rows[:, 0], source, np.stack([body, ahead], axis=1))
+    counted, step, _ = _count_frames(rows[:, 21])
+    return Found(
+        names=("body", "ahead"),
+        position=position,
+        frame_rate=None if counted is None else 1e3 / step,
+        timed="" if counted is None else "its timestamps",
+        software="FicTrac",
+        unit="ball radii",
+        notes=notes | {"ahead": "a landmark one ball's radius ahead of the body"},
+    )
 
 
 # Long tables: a row for each landmark in each frame.
@@ -659,7 +637,7 @@ def _spread_long(text: str, individual: str | None) -> tuple[str, list[str]] | N
 # Motive.
 
 
-def _read_motive(text: str) -> dict[str, Any] | None:
+def _read_motive(text: str, source: str) -> Found | None:
     """Motive's CSV of rigid bodies and markers (``Format Version`` in its first cell): places [mm],
     names and frame rate; None where a text is no such.
     """
@@ -688,9 +666,13 @@ def _read_motive(text: str) -> dict[str, Any] | None:
     ).to_numpy(dtype=float)
     scale = {"Meters": 1e3, "Centimeters": 10.0}.get(about.get("Length Units", "Meters"), 1.0)
     columns = [[found[name, axis] for axis in "XYZ"] for name in marks]
-    return {
-        "names": tuple(marks),
-        "position": scale * values[:, columns],
-        "frame": values[:, 0],
-        "rate": float(about["Capture Frame Rate"]) if "Capture Frame Rate" in about else None,
-    }
+    (position,), notes = _spread_frames(values[:, 0], source, scale * values[:, columns])
+    rate = about.get("Capture Frame Rate")
+    return Found(
+        names=tuple(marks),
+        position=position,
+        frame_rate=None if rate is None else float(rate),
+        software="Motive",
+        unit="mm",
+        notes=notes,
+    )

@@ -6,7 +6,7 @@ import { leavePlane } from "./state.js";
 import { findTag } from "./tags.js";
 /** @typedef {import("./studio.js").App} App */
 /** @typedef {import("./panels.js").Panel} Panel */
-/** Panels of controls: what antenna, what touch, what wall. */
+/** Panels of controls: what antenna, what touch. */
 
 const SHAPES = {
   ball: "M12 4a8 8 0 1 0 .01 0z",
@@ -51,7 +51,7 @@ export function makeAntennaPanel(app) {
       one.preset = presets.value;
     });
   } });
-  const inSpace = make("p", { class: "caption", text: "An antenna in space: drag its picture to turn it. By hand, wall following, own antenna, antenna B, "
+  const inSpace = make("p", { class: "caption", text: "An antenna in space: drag its picture to turn it. By hand, own antenna, antenna B, "
     + "further objects, handles, spikes and the reading stay in the plane and are switched off." });
   const quantity = makeChoice("Quantity that the handles change", [["stiffness", "Stiffness"], ["damping", "Damping"]], () => app.editing, (value) => { app.editing = value; app.draw(); });
   const unit = make("span", { class: "unit" });
@@ -179,18 +179,5 @@ export function makeTouchPanel(app) {
   }
   const element = makePanel("Touch", "touch-panel", make("div", { class: "row" }, kinds.element, side.element),
     ...sliders.map((it) => it.element), azimuth.element, list, add, more);
-  return /** @type {Panel} */ ({ element, place: "left", isShown: () => !["wall", "board"].includes(app.store.state.mode), update });
+  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.store.state.mode !== "board", update });
 }
-
-/** @param {App} app */
-export function makeWallPanel(app) {
-  const set = (/** @type {string} */ name, /** @type {any} */ value, done = true) => app.store.change((/** @type {any} */ s) => { s.wall[name] = value; }, done);
-  const sliders = [
-    makeSlider({ label: "Turn of the wall", min: -60, max: 60, step: 5, unit: "°", tag: "own", read: () => app.store.state.wall.turn, take: (v, done) => set("turn", v, done) }),
-    makeSlider({ label: "Running speed", min: 0.15, max: 0.8, step: 0.05, unit: "m/s", tag: "own", read: () => app.store.state.wall.speed, take: (v, done) => set("speed", v, done) }),
-  ];
-  const element = makePanel("Wall", "wall-panel", make("p", { class: "caption",
-    text: "A body runs at constant speed and steers by one number: where along its antenna the bend is greatest." }), ...sliders.map((it) => it.element));
-  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.store.state.mode === "wall", update: () => sliders.forEach((it) => it.update()) });
-}
-

@@ -1,7 +1,7 @@
 // @ts-check
 import { makeBoardPanel } from "./board.js";
 import { makeCodePanel, makeSetPanel, makeVerdictPanel } from "./charts.js";
-import { makeAntennaPanel, makeTouchPanel, makeWallPanel } from "./controls.js";
+import { makeAntennaPanel, makeTouchPanel } from "./controls.js";
 import { makeSpikePanel } from "./spikes.js";
 import { makeStagePanel, makeStudyPanel, makeTensorPanel } from "./stage.js";
 /** @typedef {import("./studio.js").App} App */
@@ -16,7 +16,6 @@ import { makeStagePanel, makeStudyPanel, makeTensorPanel } from "./stage.js";
 export const PANELS = [
   makeAntennaPanel,
   makeTouchPanel,
-  makeWallPanel,
   makeBoardPanel,
   makeStagePanel,
   makeTensorPanel,

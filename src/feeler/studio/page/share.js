@@ -64,12 +64,12 @@ export function makeShare(app) {
       app.say("A touch in space leaves as an address, as a Python script, and its antenna as TOML; feeler touch draws pictures and movies of it.");
       return;
     }
-    if (what === "csv" && state.mode !== "wall") {
+    if (what === "csv") {
       keepFile("feeler-recording.csv", "text/csv", new TextEncoder().encode(writeRecording(record, state.mode === "board" ? record.source || "robot" : "simulation")));
       return;
     }
-    if (state.mode === "wall" || (state.mode === "board" && what !== "toml")) {
-      app.say(state.mode === "wall" ? "A run along a wall leaves as an address; go back to Touch to save a file." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
+    if (state.mode === "board" && what !== "toml") {
+      app.say("What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
       return;
     }
     const message = { type: "save", what, quantity: app.quantity, unsure: state.unsure, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };

@@ -121,6 +121,6 @@ export function makeSpikePanel(app) {
     words.textContent = "Two campaniform sensilla at every sensor, one for each side (in two colours), after Szczecinski et al. 2021, as Poisson trains. How strongly an antenna drives them is not known: the gain is a choice." +
       (nerve.coarse ? " These samples are too coarse for how fast sensilla adapt: the rates are rough." : "");
   }
-  const isShown = () => app.store.state.mode !== "wall" && !app.isSpatial() && app.records.A.shown > 0;
+  const isShown = () => !app.isSpatial() && app.records.A.shown > 0;
   return { element, place: "middle", isShown, update, redraw: () => { if (more.open) redraw(); } };
 }

@@ -3,7 +3,6 @@ import { make, makeChoice, show, write } from "./dom.js";
 import { makeScene } from "./scene.js";
 import { makeTensor } from "./tensor.js";
 import { makeTurnableScene } from "./turnable.js";
-import { makeWallChart, makeWallScene } from "./wall.js";
 /** @typedef {import("./studio.js").App} App */
 /** @typedef {import("./panels.js").Panel} Panel */
 /** The middle of the page: the scene with its clock, and the tensor below it. */
@@ -13,11 +12,11 @@ const RATES = [0.01, 0.03, 0.1, 0.3, 1];
 
 /** @param {App} app @returns {Panel} */
 export function makeStagePanel(app) {
-  const scene = makeScene(app), wall = makeWallScene(app), turned = makeTurnableScene(app), transport = makeTransport(app);
-  const views = [scene, wall, turned];
+  const scene = makeScene(app), turned = makeTurnableScene(app), transport = makeTransport(app);
+  const views = [scene, turned];
   const element = make("section", { class: "panel stage-panel", "aria-label": "Scene" }, ...views.map((view) => view.element), transport.element);
   function redraw() {
-    const now = app.store.state.mode === "wall" ? wall : app.records.A.scene ? turned : scene;
+    const now = app.records.A.scene ? turned : scene;
     for (const view of views) show(view.element, view === now);
     now.redraw();
     transport.redraw();
@@ -60,33 +59,24 @@ function nameRate(rate) {
 
 /** @param {App} app @returns {Panel} */
 export function makeTensorPanel(app) {
-  const tensor = makeTensor(app), chart = makeWallChart(app);
+  const tensor = makeTensor(app);
   const quantity = makeChoice("Quantity shown", [["angle", "Angle"], ["curvature", "Curvature"]], () => app.quantity,
     (value) => { app.quantity = value; app.refresh(); });
   const plane = make("select", { "aria-label": "Plane of bending shown", onchange: () => { app.records.A.choose(Number(plane.value)); app.refresh(); } });
-  const title = make("h2", { text: "Tensor" }), scale = make("span", { class: "scale" });
+  const scale = make("span", { class: "scale" });
   const element = make("section", { class: "panel tensor-panel", "aria-label": "Tensor" },
-    make("div", { class: "row spread" }, title, make("div", { class: "row" }, scale, plane, quantity.element)), tensor.element, chart.element);
-  const isWall = () => app.store.state.mode === "wall";
-
-  function redraw() {
-    show(tensor.element, !isWall());
-    show(chart.element, isWall());
-    (isWall() ? chart : tensor).redraw();
-  }
+    make("div", { class: "row spread" }, make("h2", { text: "Tensor" }), make("div", { class: "row" }, scale, plane, quantity.element)), tensor.element);
   function update() {
     quantity.update();
-    show(quantity.element, !isWall());
     const { bends, antenna } = app.records.A, names = bends ? antenna.planes.map((/** @type {string} */ name) => PLANE_WORDS[/** @type {"x"} */ (name)]) : [];
     show(plane, names.length > 0);
     if (plane.options.length !== names.length) plane.replaceChildren(...names.map((/** @type {string} */ text, /** @type {number} */ value) => make("option", { value: String(value), text })));
     plane.value = String(app.records.A.plane);
-    title.textContent = isWall() ? "Distance from the wall" : "Tensor";
     const peak = app.findPeak();
     const range = app.quantity === "angle" ? `± ${((peak * 180) / Math.PI).toFixed(2)}°` : `± ${write(peak)} /mm`;
-    scale.textContent = isWall() || !peak ? "" : range;
+    scale.textContent = !peak ? "" : range;
   }
-  return { element, place: "middle", isShown: () => true, update, redraw };
+  return { element, place: "middle", isShown: () => true, update, redraw: tensor.redraw };
 }
 
 /** How far the study of this antenna is. @param {App} app @returns {Panel} */

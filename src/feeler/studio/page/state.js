@@ -7,7 +7,7 @@ const LIMIT = 200;
 
 /** @param {any} antenna */
 export function makeState(antenna) {
-  return { mode: "touch", A: { ...antenna }, B: /** @type {any} */ (null), touch: structuredClone(TOUCH), unsure: 0.02, wall: { turn: 30, speed: 0.45 } };
+  return { mode: "touch", A: { ...antenna }, B: /** @type {any} */ (null), touch: structuredClone(TOUCH), unsure: 0.02 };
 }
 
 /** Leave out of a state what an antenna in space is not shown with. @param {any} state */
@@ -81,10 +81,10 @@ export async function decodeState(hash, fallback) {
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
     const state = JSON.parse(await new Response(stream).text());
     if (!state || ![state.A, state.touch].every((part) => part && typeof part === "object" && !Array.isArray(part))) return null;
-    const clean = { ...fallback, ...state, touch: { ...TOUCH, ...state.touch }, wall: { ...fallback.wall, ...state.wall } };
+    const clean = { ...fallback, ...state, touch: { ...TOUCH, ...state.touch } };
     if (!clean.B || typeof clean.B !== "object") clean.B = null;
     if (!Array.isArray(clean.touch.objects)) clean.touch.objects = [];
-    if (!["touch", "hand", "wall", "board"].includes(clean.mode)) clean.mode = "touch";
+    if (!["touch", "hand", "board"].includes(clean.mode)) clean.mode = "touch";
     return clean;
   } catch {
     return null;

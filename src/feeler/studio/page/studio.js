@@ -8,12 +8,11 @@ import { keepFile, makeShare } from "./share.js";
 import { Store, decodeState, leavePlane, makeState, makeWish } from "./state.js";
 import { makeTags } from "./tags.js";
 import { STEPS, makeTour } from "./tour.js";
-import { WallRecord } from "./wall.js";
 /** The studio: one front end for a local server, a notebook and an exported page. */
 
 const STUDY_AFTER = 900; // ms of rest after which an antenna is studied
 /** @type {[string, string][]} */
-const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following"], ["board", "Own antenna"]];
+const MODES = [["touch", "Touch"], ["hand", "By hand"], ["board", "Own antenna"]];
 
 /**
  * What a page is made of: its panels, header and tour, how soon an antenna is studied [ms], and whether it computes by itself.
@@ -31,7 +30,6 @@ export class App {
     this.store = new Store(makeState({ preset: "exponential" }), (done) => this.changed(done));
     /** @type {Object<string, TouchRecord>} */
     this.records = { A: new TouchRecord(), B: new TouchRecord() };
-    this.walls = { A: new WallRecord() };
     /** @type {any} */
     this.studies = { A: null, B: null };
     /** @type {any} */
@@ -104,7 +102,6 @@ export class App {
     if (mode !== "board" && this.listening) this.listen("");
     if (mode === "board" && done) this.askBoard();
     if (mode === "touch" || (mode === "hand" && done)) this.ask(!done && mode === "touch");
-    else if (mode === "wall" && done) this.askWall();
   }
 
   /** Ask for both touches; while something is dragged coarse steps will do. @param {boolean} preview */
@@ -125,11 +122,6 @@ export class App {
   studySoon() {
     clearTimeout(this.studyTimer);
     if (this.plan.rest < Infinity && !this.isSpatial()) this.studyTimer = window.setTimeout(() => this.study(), this.plan.rest);
-  }
-
-  askWall() {
-    this.send({ type: "follow", slot: "A", antenna: this.store.state.A, ...this.store.state.wall });
-    this.setStatus("busy");
   }
 
   // an antenna of one's own
@@ -197,11 +189,7 @@ export class App {
     } else if (header.type === "touch") this.hearTouch(header, arrays);
     else if (header.type === "reading") this.hearReading(header, arrays);
     else if (header.type === "study") this.hearStudy(header, arrays);
-    else if (header.type === "follow") {
-      this.walls.A.take(header, arrays);
-      if (header.part === "begin") this.time = 0;
-      if (header.part === "end") { this.setStatus("exact"); this.play(true); }
-    } else if (header.type === "file") {
+    else if (header.type === "file") {
       this.saving = false;
       keepFile(header.name, header.mime, new Uint8Array(arrays.content.data.buffer, arrays.content.data.byteOffset, header.bytes));
       this.say(`${header.name}: ${write(header.bytes / 1000, 3)} kB`);
@@ -316,7 +304,7 @@ export class App {
     if (header.of === "save") this.saving = false;
     if (header.of === "open" && this.opened && !this.records.A.name) this.opened = null;
     this.say(header.message, true);
-    if (["touch", "hand", "follow", "listen"].includes(header.of)) this.setStatus("error");
+    if (["touch", "hand", "listen"].includes(header.of)) this.setStatus("error");
   }
 
   async greeted() {
@@ -330,8 +318,7 @@ export class App {
       if (this.isSpatial()) leavePlane(this.store.state);
       this.store.before = JSON.stringify(this.store.state);
     }
-    if (this.store.state.mode === "wall") this.askWall();
-    else if (this.store.state.mode === "board") this.askBoard();
+    if (this.store.state.mode === "board") this.askBoard();
     else this.ask(false);
     this.study(); // decoders that come with feeler are there at once
     if (!this.playing && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
@@ -387,7 +374,6 @@ export class App {
   // time
 
   duration() {
-    if (this.store.state.mode === "wall") return Math.max(this.walls.A.end ? this.walls.A.n : 400, 1);
     const { A } = this.records;
     return A.hand ? A.span : (A.total || 380) * A.interval;
   }
@@ -438,7 +424,7 @@ export class App {
 
   /** Whether there is a verdict, a code and a set to show. */
   isLearned() {
-    return this.store.state.mode !== "wall" && !this.isSpatial();
+    return !this.isSpatial();
   }
 
   /** Whether the antenna is one in space. */
