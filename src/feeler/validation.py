@@ -39,14 +39,7 @@ _TYPES: dict[Any, tuple[type, ...]] = {
     bool: (bool,),
     str: (str,),
 }
-_UNLISTED = (
-    str,
-    bytes,
-    bytearray,
-    memoryview,
-    Mapping,
-    Set,
-)  # what goes through, but is no list
+_UNLISTED = (str, bytes, bytearray, memoryview, Mapping)  # no lists, though one can go through
 _LONG = 8  # of a longer list, a message shows the item that is wrong
 _ITEMS = 1000  # of a long sequence among arguments, the first so many are read
 _GREATEST = sys.float_info.max
