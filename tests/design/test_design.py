@@ -338,7 +338,7 @@ def test_all_sensors_tell_what_the_antenna_tells_and_fewer_less(choice):
 def test_sensors_are_chosen_on_other_touches_than_those_they_are_asked_about(monkeypatch):
     seen = []
     monkeypatch.setitem(
-        CHOICES._entries, "spy", lambda tensors, _, n: seen.append(tensors) or np.arange(n)
+        CHOICES.data, "spy", lambda tensors, _, n: seen.append(tensors) or np.arange(n)
     )
     measure_sensors(ANTENNA, TASK, [2], "spy")
     known = _touch_classes(ANTENNA, TASK, "optimiser", TASK.speeds[0])

@@ -95,7 +95,7 @@ def check(found, statement):
 @pytest.fixture(scope="module")
 def scale():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(SCALES._entries, "nothing", SCALE)
+        patch.setitem(SCALES.data, "nothing", SCALE)
         patch.setattr(Section, "figure", lambda *args, **options: None)
         yield "nothing"
 

@@ -307,13 +307,6 @@ def reload(name: str) -> Any:
     return turn("dataset", by=apply)
 
 
-OF_CSV = {
-    "look": keys(lambda k: k == "angle"),
-    "expect": lambda a: {"angle": a["angle"][:1]},
-    "tolerance": 1e-6,
-}
-"""A CSV holds one variable of one trial."""
-
 # ---- films -------------------------------------------------------------------------------------
 
 
@@ -466,8 +459,8 @@ CHANGES = [
              apply=turn(*ALL, "noise", by=lambda item, by=by: item * by),
              or_refusal=EXTREME if by != TAME else "") for by in (TAME, 1e-160, 1e-300, 1e150)),
     # Datasets and files
-    *(Change(f"reload from {name}", "record", reload(name), **(OF_CSV if name == "csv" else {}))
-      for name, form in FORMATS.items() if form.save is not None),
+    *(Change(f"reload from {name}", "record", reload(name))
+      for name, form in FORMATS.items() if form.save is not None and name != "csv"),
     Change("mirror", "record", turn("dataset", by=mirror_record),
            expect=on_arrays(mirror_quantity)),
     Change("permute trials", "record", turn("dataset", by=shuffle("trial")),

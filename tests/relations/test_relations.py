@@ -43,7 +43,6 @@ NOT_APPLICABLE = {
     "touches/permute sensors/(compute_information|.*_told)": "it draws noise in their order",
     "touches/amplitude.*/classifier (stream|svm)": "an angle is contact; so small a spread is none",
     "trains/(mirror|amplitude).*": "counts are whole numbers without a sign",
-    "record/reload from csv/[^q].*": "a CSV holds one variable of one trial",
     "record/(permute trials|mirror)/spikes --json": "trains are drawn by number of trial and unit",
     "record/reload from (?!netcdf).*/spikes --json": "it reads Datasets as every other command",
     "bases/filter in time/[^l].*": "a filter moves no basis along the antenna",

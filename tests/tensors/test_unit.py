@@ -150,7 +150,7 @@ def rescale(monkeypatch):
         changed = replace(
             kept, unit=unit, make=lambda antenna, motion: 1000 * kept.make(antenna, motion)
         )
-        monkeypatch.setitem(QUANTITIES._entries, name, changed)
+        monkeypatch.setitem(QUANTITIES.data, name, changed)
 
     return change
 

@@ -173,16 +173,6 @@ class _Touches:
         self.targets = None if targets is None else torch.from_numpy(targets[self.rows])
         self.shape: tuple[int, ...] = tensors[variable].shape[1:]
 
-    def __repr__(self) -> str:
-        classes = (
-            "no classes"
-            if self.classes is None
-            else f"classes {', '.join(map(str, self.classes))}"
-        )
-        size = " × ".join(map(str, self.shape))
-        name = type(self).__name__
-        return f"{name} of {len(self.rows)} touches: {self.variable} {size}, {classes}"
-
     def read(self, places: Sequence[int] | np.ndarray | slice) -> Any:
         """(tensors, targets) of some of ``rows``, without noise."""
         rows = self.rows[places]

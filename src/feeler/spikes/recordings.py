@@ -8,7 +8,7 @@ import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -658,14 +658,11 @@ def fit_sensillum(
 
 def _find_sd(cost: Any, x: np.ndarray) -> np.ndarray:
     """Standard deviations by the curvature of a cost at its minimum; NaN where it has none."""
-    h = np.array([0.02, 1.0])
-    at = lambda *steps: cost(x + h * np.array(steps))  # noqa: E731
-    middle = at(0, 0)
+    steps = np.diag([0.01, 0.5])
     hessian = np.empty((2, 2))
-    hessian[0, 0] = (at(1, 0) - 2 * middle + at(-1, 0)) / h[0] ** 2
-    hessian[1, 1] = (at(0, 1) - 2 * middle + at(0, -1)) / h[1] ** 2
-    cross = (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1)) / (4 * h[0] * h[1])
-    hessian[0, 1] = hessian[1, 0] = cross
+    for (j, a), (k, b) in product(enumerate(steps), repeat=2):
+        four = cost(x + a + b) - cost(x + a - b) - cost(x - a + b) + cost(x - a - b)
+        hessian[j, k] = four / (4 * a[j] * b[k])
     if np.any(np.linalg.eigvalsh(hessian) <= 0):
         return np.full(2, np.nan)
     return np.sqrt(np.diag(np.linalg.inv(hessian)))

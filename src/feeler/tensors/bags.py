@@ -99,6 +99,8 @@ def _list_parts(path: str) -> list[Path]:
 def _unpack(path: str) -> Iterator[str]:
     """The path of a bag whose files are not compressed: its own, or of a temporary copy."""
     parts = _list_parts(path)
+    mcap = not parts or _find_ending(parts[0]).startswith(".mcap")
+    require_extra("mcap_ros2" if mcap else "rosbags", "ros", "a ROS recording")
     if not parts or not _find_ending(parts[0]).endswith(".zstd"):
         yield path
         return
@@ -151,7 +153,6 @@ def read_bag(path: str, topic: str = "", unit: str = "", joints: Sequence[str] =
         No such topic (those that exist are named), several to choose from, messages of changing
         length, or a damaged file.
     """
-    _require_library(path)
     with _unpack(path) as plain:
         about, arrays = open_guarded(
             "feeler.tensors.bags:read_topic", plain, words=(topic, *joints)
@@ -177,7 +178,6 @@ def read_bag(path: str, topic: str = "", unit: str = "", joints: Sequence[str] =
 
 def describe_bag(path: str) -> list[str]:
     """Lines of ``feeler info``: span, topics of numbers, how many of other kinds."""
-    _require_library(path)
     with _unpack(path) as plain:
         about, _ = open_guarded("feeler.tensors.bags:list_topics", plain)
     kinds, counts = about["kinds"], about["counts"]
@@ -203,23 +203,16 @@ def describe_bag(path: str) -> list[str]:
     return lines
 
 
-def _require_library(path: str) -> None:
-    parts = _list_parts(path)
-    mcap = not parts or _find_ending(parts[0]).startswith(".mcap")
-    require_extra("mcap_ros2" if mcap else "rosbags", "ros", "a ROS recording")
-
-
 def list_topics(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the guard's process does for :func:`describe_bag`."""
     kinds: dict[str, str] = {}
-    counts: dict[str, int] = {}
+    counts: Counter[str] = Counter()
     ends: list[int] = []
     for part in _list_parts(path):
         with _open(part) as bag:
             kinds |= bag.kinds
             ends += bag.ends
-            for topic, count in bag.counts.items():
-                counts[topic] = counts.get(topic, 0) + count
+            counts.update(bag.counts)
     span = (max(ends) - min(ends)) / 1e9 if ends else 0.0
     return {"kinds": kinds, "counts": counts, "span": span}, {}
 
@@ -498,11 +491,8 @@ def _count_messages(reader: Any, counted: Any) -> tuple[dict[int, int], tuple[in
     if counted and counted.message_count:
         ends = counted.message_start_time, counted.message_end_time
         return counted.channel_message_counts, ends
-    counts: dict[int, int] = {}
-    times = []
-    for _, channel, message in reader.iter_messages():
-        counts[channel.id] = counts.get(channel.id, 0) + 1
-        times.append(message.log_time)
+    found = [(channel.id, message.log_time) for _, channel, message in reader.iter_messages()]
+    counts, times = Counter(number for number, _ in found), [time for _, time in found]
     return counts, (min(times), max(times)) if times else ()
 
 

@@ -73,25 +73,11 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
     require_extra("safetensors", "models", "a model's file")
     from safetensors.numpy import save
 
-    if (
-        not NAME.fullmatch(model.kind)
-        or isinstance(model.version, bool)
-        or not isinstance(model.version, int)
-    ):
-        raise InvalidInput(
-            f"a model has a kind (a name) and a whole version, got {model.kind!r},"
-            f" {model.version!r}."
-        )
     notes = {"format": _FORMAT, "kind": model.kind, "version": str(model.version)}
     notes |= {
         name: json.dumps(to_jsonable(getattr(model, name))) for name in ("settings", "versions")
     }
     arrays = {name: np.asarray(values, order="C") for name, values in model.arrays.items()}
-    for name, values in arrays.items():
-        if values.dtype.kind not in "biuf":
-            raise InvalidInput(
-                f"array {name!r} has the type {values.dtype}; a model's arrays hold numbers."
-            )
     try:
         write_atomic(Path(path), save(arrays, metadata=notes))
     except OSError as error:

@@ -257,7 +257,7 @@ def parse_table(
     text: str, *, source: str = "text", max_cells: int = _MAX_CELLS, words: bool = False
 ) -> Table:
     """As :func:`read_table`, from text that has already been read."""
-    heading = find_heading(_list_lines(text))
+    heading = find_heading(enumerate(io.StringIO(text), 1))
     if heading is None:
         raise InvalidInput(
             f"{source}: no header row. The first line names the columns, separated by commas."
@@ -275,13 +275,6 @@ def parse_table(
         source=source,
         words=found,
     )
-
-
-def _list_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines with their numbers, one at a time: a list of them would take many times the text's
-    memory.
-    """
-    return enumerate(io.StringIO(text), 1)
 
 
 def _check_names(names: list[str], source: str) -> tuple[str, ...]:
@@ -342,7 +335,8 @@ def _set_points(text: str, heading: Heading, source: str) -> str:
 
 def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
     """Numbered lines after line ``start`` that are neither empty nor notes."""
-    for number, line in _list_lines(text):
+    # one at a time: a list of lines would take many times the text's memory
+    for number, line in enumerate(io.StringIO(text), 1):
         if number > start and not line.isspace() and not line.lstrip().startswith("#"):
             yield number, line.rstrip("\n")
 

@@ -85,15 +85,12 @@ def _read_unit(text: str) -> tuple[tuple[int, ...], Fraction]:
     factor = r"([*/])([A-Za-z]+|1)(?:\^([1-9]))?"
     if not re.fullmatch(f"(?:{factor})+", plain):
         raise InvalidInput(f"{text!r} is no unit; write products and quotients, such as mm/ms.")
-    powers: tuple[int, ...] = (0, 0, 0, 0)
-    size = Fraction(1)
+    powers, size = np.zeros(4, int), Fraction(1)
     for operator, symbol, power in re.findall(factor, plain):
         own, one = _read_symbol(symbol)
         times = int(power or 1) * (-1 if operator == "/" else 1)
-        powers = tuple(a + times * b for a, b in zip(powers, own, strict=True))
-        for _ in range(abs(times)):
-            size = size * one if times > 0 else size / one
-    return powers, size
+        powers, size = powers + times * np.array(own), size * one**times
+    return tuple(powers.tolist()), size
 
 
 def _read_symbol(symbol: str) -> tuple[tuple[int, ...], Fraction]:

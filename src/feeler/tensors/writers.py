@@ -1,6 +1,5 @@
 """Writers: a Dataset as NetCDF, MATLAB, CSV, Parquet or NWB."""
 
-import csv
 import errno
 import io
 import json
@@ -14,6 +13,7 @@ from typing import Any
 from uuid import uuid4
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from feeler.errors import InvalidInput, require_extra
@@ -288,10 +288,9 @@ def save_csv(
         if label.dims == ("trial",):
             text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
-    for time, row in zip(one.time.values, one[variable].values[0].T, strict=True):
-        writer.writerow([repr(float(time)), *(repr(float(value)) for value in row)])
+    columns = [f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"])]
+    table = pd.DataFrame(one[variable].values[0].T, one.time.values.astype(float), columns)
+    text.write(table.to_csv(index_label="time_ms", na_rep="nan", lineterminator="\n"))
     write_atomic(Path(path), text.getvalue().encode())
 
 
