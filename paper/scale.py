@@ -270,10 +270,11 @@ _PUBLISHED = _PAPER.replace(
     draws=200,
     finished=3,
     side_restarts=1,
+    max_iter=40,
     sweep={
         **_PAPER.sweep,
         "control_repeats": 3,
-        "null_iter": 60,
+        "null_iter": 40,
         "other_copies": (),
         "before_repeats": 0,
         "twins": "ends",
