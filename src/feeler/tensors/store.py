@@ -448,7 +448,7 @@ def _load(dataset: xr.Dataset, names: Iterable[Any]) -> xr.Dataset:
     found = {}
     for name in names:
         item = dataset.variables[name]
-        text = item.dtype.kind in "OT"
+        text = item.dtype.kind in {"O", "T"}
         found[name] = (
             item.copy(data=np.array(item.values.tolist(), str)) if text else item.load()
         )
