@@ -5,6 +5,7 @@ import json
 import mujoco
 import numpy as np
 import pytest
+import xarray as xr
 
 import feeler
 from feeler.analysis import compute_dispersion
@@ -144,7 +145,7 @@ def test_encoders_and_indices_see_planes_as_more_sensors(touches):
     )
     assert compute_dispersion(bending, indices=["mse"]).groups == ("",)
     flat = touches["angle"].isel(plane=0, drop=True)
-    assert stack_planes(flat) is flat
+    xr.testing.assert_identical(stack_planes(flat), flat)
     assert stack_planes(touches["angle"])["plane"].values.tolist() == ["x"] * 3 + ["z"] * 3
 
 

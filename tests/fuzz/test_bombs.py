@@ -138,7 +138,7 @@ def test_a_circle_too_large_to_draw_is_refused(tmp_path, radius, size, monkeypat
     monkeypatch.setenv("FEELER_MAX_GIB", "0.1")
     (tmp_path / "a.svg").write_text(CIRCLE.format(radius))
     with pytest.raises(
-        InvalidInput, match=r"more than 1,000 corners|not finite|no shape|extent"
+        InvalidInput, match=r"more than 1,000 corners|not finite|no shape|extent|cannot be read"
     ):
         Outline.from_file(tmp_path / "a.svg", **size)
 

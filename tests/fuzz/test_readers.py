@@ -132,7 +132,7 @@ READERS = {
         ("network.safetensors",),
         shape_safetensors,
     ),
-    "look": Reader(look, ("one.csv", "m.safetensors", "small.toml"), shape_text),
+    "look": Reader(look, ("m.safetensors", "small.toml"), shape_text),
 }
 MODELS = {"network"}  # need PyTorch
 

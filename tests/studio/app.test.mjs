@@ -72,6 +72,8 @@ test("a change asks for both antennas' touches, coarsely only while something is
 
 test("a mode asks for what is its own once it is set, and what another mode had going ends", () => {
   const app = open();
+  app.store.change((s) => { s.A = { preset: "linear" }; }, false);
+  app.take();
   app.store.change((s) => { s.mode = "hand"; });
   assert.deepEqual(app.take().map(({ type, wish }) => [type, wish.preview]), [["touch", false]]);
   app.handPace = 0.3;
