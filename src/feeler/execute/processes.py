@@ -2,6 +2,7 @@
 Dask client in their place, on many machines.
 """
 
+import gc
 import logging
 import multiprocessing
 import os
@@ -216,6 +217,8 @@ def _serve(pipe: Any, memory_limit: int) -> None:
     )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     say_warnings()  # a worker has no other way to tell
+    gc.freeze()  # what was imported stays
+    gc.set_threshold(50_000)  # [C] to look through figures, which live on, costs a twentieth
     if resource is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_DATA)
         limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)
