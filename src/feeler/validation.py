@@ -18,7 +18,7 @@ from annotated_types import Ge, GroupedMetadata, Gt, Lt, MaxLen, MinLen
 
 from feeler.errors import InvalidInput, OutOfMemory
 
-# What an annotation allows: a function that reads values so, and words for whoever gave another.
+# What an annotation allows: a function that reads values so, and its words for an error.
 
 ALLOW_NAN = object()
 """Beside the annotation of a number or an array: inf and NaN may stand here."""

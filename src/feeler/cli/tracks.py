@@ -182,7 +182,7 @@ def tracks(
         _save_pages,
     )
     from feeler.tracking import measure_exploration
-    from feeler.tracking.quality import _leave_out_errors
+    from feeler.tracking.quality import leave_out_errors
 
     how: dict[str, Any] = {
         "frame_rate": said.frame_rate,
@@ -237,7 +237,7 @@ def tracks(
             "abdomen": abdomen,
         }
         seen = [
-            _leave_out_errors(one, **marks, max_gap=settings["max_gap"])[0] for one in trials
+            leave_out_errors(one, **marks, max_gap=settings["max_gap"])[0] for one in trials
         ]
     touched = _find_touched(said, seen, lines)
     if touched is not None:

@@ -216,7 +216,7 @@ def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
             f"--contact takes pairs X,Y of pixels, got {len(numbers)} numbers: {said.contact}."
         )
     places = np.reshape(numbers, (-1, 2)) / (said.scale or 1.0)
-    # load_tracks turns y round where nobody chose a plane in space
+    # load_tracks turns y round unless a plane in space is chosen
     places[:, 1] *= -1.0 if said.origin == "top-left" and said.plane is None else 1.0
     return [(float(x), float(y)) for x, y in places]
 

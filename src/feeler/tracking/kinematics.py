@@ -15,7 +15,7 @@ from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Choice, Ge, Gt, Shown, Unit
-from feeler.tracking.quality import STRAY, _find_doubts, _leave_out_errors
+from feeler.tracking.quality import STRAY, _find_doubts, leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
 
@@ -660,7 +660,7 @@ def measure_exploration(
         What the landmarks are called, as for :func:`compute_antenna_angle`: ``tips``, ``bases``,
         ``head``, ``abdomen``.
     outliers
-        ``remove`` leaves out what :func:`~feeler.tracking.quality._leave_out_errors` finds
+        ``remove`` leaves out what :func:`~feeler.tracking.quality.leave_out_errors` finds
         (jumps, repeated places, exchanged landmarks); ``keep`` takes every place as it is.
 
     Returns
@@ -724,7 +724,7 @@ def _measure_trial(
     remarks: list[str] = []
     if outliers == "remove":
         names["bases"] = bases
-        tracks, left_out, remarks = _leave_out_errors(
+        tracks, left_out, remarks = leave_out_errors(
             tracks, **names, max_gap=options["max_gap"]
         )
     tracks, is_bridged = _bridge_body(

@@ -39,7 +39,7 @@ _REPEATED = 0.05  # [C] share of frames that repeat the one before
 _TOGETHER = (0.03, 0.2)  # [C] of the antenna's length, share of frames: tips on one place
 
 
-def _leave_out_errors(
+def leave_out_errors(
     tracks: Tracks,
     *,
     tips: tuple[str, str],
