@@ -4,11 +4,11 @@ import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput, ModelValidityWarning
+from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.records import Record, Registry
 from feeler.tensors.transforms import label_like, refuse_masked, stack_planes
 from feeler.validation import checked
@@ -131,14 +131,20 @@ def _list_pairs(rows: slice, columns: slice) -> np.ndarray:
 def _compare_blocks(
     prepare: Callable[[slice], tuple], kernel: Callable[..., np.ndarray], *given: Any
 ) -> Block:
-    """Blocks (row, column) of what a compiled kernel gives for pairs of two prepared slices."""
+    """Blocks (row, column) of what a compiled kernel gives for pairs of two prepared slices; a
+    thread for each core.
+    """
 
     def compute(rows: slice, columns: slice) -> np.ndarray:
         a = prepare(rows)
         b = a if rows == columns else prepare(columns)
         pairs = _list_pairs(rows, columns)
         block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
-        block[pairs[:, 0], pairs[:, 1]] = values = kernel(*a, *b, pairs, *given)
+        with ThreadExecutor(min(count_cores(), len(pairs))) as threads:
+            parts = np.array_split(pairs, threads.workers)
+            found = threads.map(lambda part: kernel(*a, *b, part, *given), parts)
+            values = np.concatenate([*found])
+        block[pairs[:, 0], pairs[:, 1]] = values
         if rows == columns:
             block[pairs[:, 1], pairs[:, 0]] = values
         return block
@@ -272,7 +278,6 @@ MSE = Index(label="MSE", make=_make_mse, is_similarity=False)
 
 _N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
 _ZEROS = ("keep", "drop")
-_CHUNKS_NMI = 64  # pieces of the pair list that threads take
 
 
 @checked
@@ -371,32 +376,30 @@ def _check_nmi(n_bins: int, low: float, high: float, common_zeros: str) -> None:
         )
 
 
-@compiled(parallel=True)
+@compiled
 def _compare_pairs_nmi(a, histogram_a, b, histogram_b, pairs, self_information, gain, zero):
     """NMI of each pair; entropies from Σ c log c over the cells, built up point by point."""
     values = np.empty(len(pairs))
     n_bins = histogram_a.shape[1]
     size = a.shape[1]
-    n_chunks = min(_CHUNKS_NMI, len(pairs))
-    for chunk in nb.prange(n_chunks):
-        joint = np.zeros((n_bins, n_bins), dtype=np.int32)
-        for p in range(chunk, len(pairs), n_chunks):
-            i, j = pairs[p]
-            joint[:] = 0
-            together = 0.0
-            for k in range(size):
-                u, v = a[i, k], b[j, k]
-                count = joint[u, v]
-                together += gain[count]
-                joint[u, v] = count + 1
-            dropped = joint[zero, zero] if zero >= 0 else 0
-            together -= self_information[dropped]
-            alone_a, alone_b = 0.0, 0.0
-            for level in range(n_bins):
-                less = dropped if level == zero else 0
-                alone_a += self_information[histogram_a[i, level] - less]
-                alone_b += self_information[histogram_b[j, level] - less]
-            values[p] = _normalise(together, alone_a, alone_b, size - dropped)
+    joint = np.zeros((n_bins, n_bins), dtype=np.int32)
+    for p in range(len(pairs)):
+        i, j = pairs[p]
+        joint[:] = 0
+        together = 0.0
+        for k in range(size):
+            u, v = a[i, k], b[j, k]
+            count = joint[u, v]
+            together += gain[count]
+            joint[u, v] = count + 1
+        dropped = joint[zero, zero] if zero >= 0 else 0
+        together -= self_information[dropped]
+        alone_a, alone_b = 0.0, 0.0
+        for level in range(n_bins):
+            less = dropped if level == zero else 0
+            alone_a += self_information[histogram_a[i, level] - less]
+            alone_b += self_information[histogram_b[j, level] - less]
+        values[p] = _normalise(together, alone_a, alone_b, size - dropped)
     return values
 
 
@@ -419,7 +422,6 @@ _SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/
 _RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
 _K1, _K2 = 0.01, 0.03  # [B] both libraries
 _BORDERS = {"replicate": "edge", "reflect": "symmetric", "interior": None}
-_CHUNKS = 64  # pieces of the pair list that threads take
 
 
 @checked
@@ -539,45 +541,43 @@ def _filter(image, taps, column, out):
             )
 
 
-@compiled(parallel=True)
+@compiled
 def _filter_all(images, taps):
     """Windowed mean and mean square of every image, (image, height − 10, width − 10) each."""
     n, height, width = images.shape
     mean = np.empty((n, height - 10, width - 10))
     square = np.empty_like(mean)
-    for k in nb.prange(n):
-        column = np.empty(width)
+    column = np.empty(width)
+    for k in range(n):
         _filter(images[k], taps, column, mean[k])
         _filter(images[k] * images[k], taps, column, square[k])
     return mean, square
 
 
-@compiled(parallel=True)
+@compiled
 def _compare_pairs(a, mean_a, variance_a, b, mean_b, variance_b, pairs, taps, c1, c2):
     """Mean SSIM of each pair (row of a, row of b)."""
     values = np.empty(len(pairs))
     height, width = a.shape[1:]
-    n_chunks = min(_CHUNKS, len(pairs))
-    for chunk in nb.prange(n_chunks):
-        column = np.empty(width)
-        product = np.empty((height, width))
-        cross = np.empty((height - 10, width - 10))
-        for p in range(chunk, len(pairs), n_chunks):
-            i, j = pairs[p]
-            for y in range(height):
-                for x in range(width):
-                    product[y, x] = a[i, y, x] * b[j, y, x]
-            _filter(product, taps, column, cross)
-            total = 0.0
-            for y in range(cross.shape[0]):
-                line = 0.0
-                for x in range(cross.shape[1]):
-                    m, n = mean_a[i, y, x], mean_b[j, y, x]
-                    both = 2.0 * m * n
-                    total_square = m * m + n * n
-                    line += ((both + c1) * (2.0 * cross[y, x] - both + c2)) / (
-                        (total_square + c1) * (variance_a[i, y, x] + variance_b[j, y, x] + c2)
-                    )
-                total += line
-            values[p] = total / cross.size
+    column = np.empty(width)
+    product = np.empty((height, width))
+    cross = np.empty((height - 10, width - 10))
+    for p in range(len(pairs)):
+        i, j = pairs[p]
+        for y in range(height):
+            for x in range(width):
+                product[y, x] = a[i, y, x] * b[j, y, x]
+        _filter(product, taps, column, cross)
+        total = 0.0
+        for y in range(cross.shape[0]):
+            line = 0.0
+            for x in range(cross.shape[1]):
+                m, n = mean_a[i, y, x], mean_b[j, y, x]
+                both = 2.0 * m * n
+                total_square = m * m + n * n
+                line += ((both + c1) * (2.0 * cross[y, x] - both + c2)) / (
+                    (total_square + c1) * (variance_a[i, y, x] + variance_b[j, y, x] + c2)
+                )
+            total += line
+        values[p] = total / cross.size
     return values
