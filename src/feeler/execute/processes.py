@@ -100,7 +100,7 @@ class ProcessExecutor(AbstractContextManager):
         )
         self._threads = ThreadExecutor(self.workers)  # each hands tasks to a process of its own
         self._own = threading.local()
-        self._processes: set[Any] = set()
+        self._processes: set[Any] = set()  # another one after each kill: its tasks start no more
         self._breaks = 0
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
@@ -109,11 +109,12 @@ class ProcessExecutor(AbstractContextManager):
         """
         if self._breaks >= OPENINGS:
             raise _explain_start()
-        return self._threads.submit(self._ask, pickle.dumps((function, args)))
+        message = pickle.dumps((function, args))
+        return self._threads.submit(self._ask, message, self._processes)
 
-    def _ask(self, message: bytes) -> Any:
+    def _ask(self, message: bytes, peers: set[Any]) -> Any:
         """A worker's answer, or what became of the worker."""
-        process, pipe = self._find_worker()
+        process, pipe = self._find_worker(peers)
         try:
             pipe.send_bytes(message)
             good, value = pickle.loads(pipe.recv_bytes())
@@ -125,8 +126,10 @@ class ProcessExecutor(AbstractContextManager):
             return value
         raise value
 
-    def _find_worker(self) -> tuple[Any, Any]:
-        """This thread's process and the pipe to it; a new one in the place of one that ended."""
+    def _find_worker(self, peers: set[Any]) -> tuple[Any, Any]:
+        """This thread's process and the pipe to it; a new one in the place of one that ended, among
+        its ``peers`` unless these have been killed.
+        """
         process, pipe = getattr(self._own, "worker", (None, None))
         with _starting:
             if process is not None and process.is_alive():
@@ -135,11 +138,13 @@ class ProcessExecutor(AbstractContextManager):
         while self._breaks < OPENINGS:
             pipe, theirs = _CONTEXT.Pipe()
             with _starting:
+                if peers is not self._processes:
+                    raise CancelledError
                 process = _CONTEXT.Process(
                     target=_serve, args=(theirs, self.memory_limit), name=_NAME
                 )
                 process.start()
-            self._processes.add(process)
+                peers.add(process)
             theirs.close()
             try:
                 pipe.recv_bytes()
@@ -155,8 +160,8 @@ class ProcessExecutor(AbstractContextManager):
         again.
         """
         self._threads.kill()
-        ended, self._processes, self._breaks = self._processes, set(), 0
         with _starting:
+            ended, self._processes, self._breaks = self._processes, set(), 0
             for process in ended:
                 process.kill()
             for process in ended:
