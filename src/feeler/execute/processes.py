@@ -100,7 +100,8 @@ class ProcessExecutor(AbstractContextManager):
         )
         self._threads = ThreadExecutor(self.workers)  # each hands tasks to a process of its own
         self._own = threading.local()
-        self._processes: set[Any] = set()  # another one after each kill: its tasks start no more
+        # another set after each kill: tasks of the one before start no more
+        self._processes: set[Any] = set()
         self._breaks = 0
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
