@@ -162,7 +162,7 @@ _BACK = (
     0.1  # [C] share of the largest force by which a curve may fall while the deflection grows
 )
 _KNOTS = 9  # forces at which the model's deflection is solved
-_STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
+STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
 
 
 class ForceCurve(Shown, Record):
@@ -199,7 +199,7 @@ class ForceCurve(Shown, Record):
             raise InvalidInput(
                 f"{self.source}: the {what} never changes, so nothing is measured."
             )
-        if np.abs(self.deflection).max() > _STEEP * self.at:
+        if np.abs(self.deflection).max() > STEEP * self.at:
             raise InvalidInput(
                 f"{self.source}: deflections up to {np.abs(self.deflection).max():.4g} mm are too"
                 f" large for a point {self.at:.4g} mm from the base. Is the header's unit right (µm"

@@ -14,7 +14,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file, read_text
-from feeler.objects.shapes import Prism, digest_numbers, measure_area, split_convex
+from feeler.objects.shapes import Prism, measure_area, name_by_extent, split_convex
 from feeler.records import Gt, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
@@ -119,8 +119,8 @@ class Outline(Prism):
         return cls(vertices=found["corners"], rounding=rounding, name=name)
 
     def make_name(self) -> str:
-        """``outline`` and six digits that stand for the corners and the rounding."""
-        return f"outline {digest_numbers(self.vertices, self.rounding)}"
+        """``outline``, its extent, and six digits that stand for the corners and the rounding."""
+        return name_by_extent("outline", self.vertices, self.rounding)
 
     def make_parts(self) -> list[np.ndarray]:
         """Convex polygons that together fill the outline."""

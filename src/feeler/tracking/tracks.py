@@ -70,6 +70,8 @@ class Tracks(Record):
         Positions as ``position``, with those that are doubted; None where none is.
     settings : dict[str, Any]
         What feeler measured these tracks with, where they come from an NWB file that it wrote.
+    first_pixel : float
+        Coordinate of the first pixel's centre in the file, which is 0 here.
 
     Raises
     ------
@@ -89,6 +91,7 @@ class Tracks(Record):
     unfiltered: Annotated[np.ndarray, "frame landmark axis", ALLOW_NAN] | None = None
     min_likelihood: float = MIN_LIKELIHOOD
     settings: dict[str, Any] = field(default_factory=dict)
+    first_pixel: float = 0.0
 
     def _check(self) -> None:
         names = self.landmarks
@@ -249,6 +252,7 @@ def load_tracks(
         unfiltered=(found.position - first) * turn if doubted else None,
         min_likelihood=min_likelihood,
         settings=found.settings,
+        first_pixel=first,
     )
 
 
