@@ -290,7 +290,9 @@ def test_a_wall_is_where_the_file_has_it_whatever_it_calls_the_first_pixel(tmp_p
     own.to_csv(tmp_path / "xypts.csv", index=False)
     found = [
         json.loads(
-            run(tmp_path / name, "--frame-rate", 200, "--contact", wall, "--within", 4, "--json")
+            run(
+                tmp_path / name, "--frame-rate", 200, "--contact", wall, "--within", 4, "--json"
+            )
         )
         for name, wall in (("walk.csv", "394,100,394,400"), ("xypts.csv", "395,101,395,401"))
     ]

@@ -380,9 +380,9 @@ def fit_traces(traces: Traces, antenna: Antenna, **how: Any) -> MeasurementFit:
 @dataclass(kw_only=True)
 class _Block:
     """One measurement: what is left of it for several antennas (antenna, sample), as a share of
-    its largest value; ``free`` counts what is fitted of it alone. Its shift, where it has one (least,
-    first guess, most), is a number of its own in the searched vector; of a force it is the zero of
-    deflections over ``zero`` [mm].
+    its largest value; ``free`` counts what is fitted of it alone. Its shift, where it has one
+    (least, first guess, most), is a number of its own in the searched vector; of a force it is the
+    zero of deflections over ``zero`` [mm].
     """
 
     name: str

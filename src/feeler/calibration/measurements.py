@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import pandas as pd
 from scipy.interpolate import CubicSpline
 from sklearn.isotonic import isotonic_regression
 
@@ -237,7 +236,7 @@ def load_forces(
     InvalidInput
         A column without a unit, no place, or a curve that is not monotone.
     """
-    table = read_table(path, words=True)
+    table = read_table(path, words=("animal",))
     deflection = np.asarray(_find_column(table, ("deflection", "displacement"), _LENGTHS))
     force = np.asarray(_find_column(table, ("force", "load"), _FORCES))
     places = _find_column(table, ("at", "arm", "place"), _LENGTHS, needed=False)
@@ -250,8 +249,7 @@ def load_forces(
         places = np.full(len(table.values), at)
     who = np.full(len(places), name or Path(path).stem)
     if "animal" in table.columns:
-        who = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)["animal"]
-        who = who.to_numpy(dtype=str)
+        who = table.words["animal"]
         if name not in ("", *who):
             raise InvalidInput(
                 f"{table.source}: no animal {name!r}; there are {', '.join(dict.fromkeys(who))}."

@@ -249,7 +249,9 @@ def tracks(
             "table": groups.table.to_dict("records"),
             "animals": groups.animals.to_dict("records"),
             **{name: getattr(groups, name) for name in ("test", "p", "difference")},
-            "left_out": [name for name, few in zip(said.names, result.too_few, strict=True) if few],
+            "left_out": [
+                name for name, few in zip(said.names, result.too_few, strict=True) if few
+            ],
         }
     say(said.as_json, found, _write_words(found))
     if said.out is not None:

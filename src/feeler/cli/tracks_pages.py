@@ -239,30 +239,29 @@ def _save_contacts(out: Path, names: list[str], touched: list[Any]) -> None:
 
 def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     """Animal and group of each file, by a table with columns file, animal and group."""
-    import pandas as pd
+    from feeler.tensors.table import read_table
 
-    try:
-        table = pd.read_csv(path, sep=None, engine="python", dtype=str, skipinitialspace=True)
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"--sheet {path}: {error}") from None
+    sheet = read_table(path, words=("file", "animal", "group"))
+    table = {name.lower(): texts.tolist() for name, texts in sheet.words.items()}
     if missing := [name for name in ("file", "group") if name not in table]:
         raise InvalidInput(
             f"--sheet {path} has no column {missing[0]!r}, but"
-            f" {', '.join(map(str, table.columns))}; it needs file and group, and animal where an"
+            f" {', '.join(sheet.columns)}; it needs file and group, and animal where an"
             " animal has several films."
         )
-    table = table.apply(lambda column: column.str.strip()).replace("", np.nan)
-    parts = [Path(name).parts[::-1] for name in table["file"].fillna("")]
-    owner = "animal" if "animal" in table else "file"
+    parts = [Path(name).parts[::-1] for name in table["file"]]
+    owners = [
+        *zip(table["animal" if "animal" in table else "file"], table["group"], strict=True)
+    ]
     rows: list[int] = []
     for file in files:
         mine = file.resolve().parts[::-1]
         same = [sum(accumulate(map(eq, mine, names), and_)) for names in parts]
         found = [k for k, n in enumerate(same) if n and n == max(same)]
-        if not found or table.loc[found[0], [owner, "group"]].isna().any():
+        if not found or not all(owners[found[0]]):
             raise InvalidInput(
                 f"--sheet {path} names no animal and group for {file}; its files are"
-                f" {', '.join(map(str, table['file']))}."
+                f" {', '.join(table['file'])}."
             )
         if len(found) > 1 or found[0] in rows:
             raise InvalidInput(
@@ -270,12 +269,12 @@ def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
                 f" {file.name}; give their folders too."
             )
         rows += found
-    return [(animal, group) for animal, group in table.loc[rows, [owner, "group"]].to_numpy()]
+    return [owners[row] for row in rows]
 
 
 def _compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
-    """The groups' average maximum angular speeds, an animal's both sides and all films together, but
-    not those that lack too many frames for a mean.
+    """The groups' average maximum angular speeds, an animal's both sides and all films together,
+    but not those that lack too many frames for a mean.
     """
     from feeler.tracking import compare_groups
 

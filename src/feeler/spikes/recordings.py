@@ -27,7 +27,7 @@ from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, 
 from feeler.spikes.trains import attach_trains, count_spikes
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
-from feeler.tensors.table import MAX_BYTES, parse_table
+from feeler.tensors.table import read_table
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
 
@@ -99,7 +99,7 @@ def _doubt_clock(trains: Mapping[str, np.ndarray], source: str) -> None:
 
 
 def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
-    table = parse_table(read_text(path, MAX_BYTES), source=path.name, words=True)
+    table = read_table(path, words=_OWNERS)
     found = [(name, match) for name in table.columns if (match := _COLUMN.fullmatch(name))]
     if not found:
         raise InvalidInput(
@@ -121,14 +121,7 @@ def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
         )
     time = table.column(column) * _MS[said or unit or ""]
     owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
-    if owner is None:
-        labels = np.array(["1"] * time.size)
-    elif owner in table.words:
-        words = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)
-        words.columns = [str(name).strip() for name in words.columns]
-        labels = words[owner].str.strip().to_numpy()
-    else:
-        labels = np.array([f"{value:g}" for value in table.column(owner)])
+    labels = np.full(time.size, "1") if owner is None else table.words[owner]
     return {
         str(name): np.sort(time[(labels == name) & np.isfinite(time)])
         for name in dict.fromkeys(labels.tolist())
@@ -205,10 +198,9 @@ def _read_phy(folder: Path) -> dict[str, np.ndarray]:
     noise = set()
     for name in ("cluster_group.tsv", "cluster_KSLabel.tsv"):
         if (folder / name).exists():
-            lines = [
-                line.split("\t") for line in read_text(folder / name, MAX_BYTES).split("\n")
-            ]
-            noise = {row[0] for row in lines if len(row) > 1 and row[1].strip() == "noise"}
+            table = read_table(folder / name, words=("cluster_id", "group", "kslabel"))
+            clusters, groups = (table.words[column] for column in table.columns[:2])
+            noise = set(clusters[groups == "noise"].tolist())
             break
     return {
         str(name): np.sort(time[owner == name])

@@ -649,7 +649,7 @@ def _describe(table: Table) -> list[str]:
         seen = values[~np.isnan(values)]
         span = f"{seen.min():.4g} … {seen.max():.4g}" if seen.size else "empty"
         if name in table.words:
-            span = f"text ({table.words[name][:40]!r} …)"
+            span = f"text ({table.first_word(name)!r} …)"
         lines.append(f"column      {name}: {span}")
     if len(table.columns) > _MOST:
         lines.append(f"            … {len(table.columns)} columns in all")

@@ -5,7 +5,7 @@ import io
 import itertools
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -64,10 +64,11 @@ def split_line(line: str, delimiter: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
-def find_heading(lines: Iterator[tuple[int, str]]) -> Heading | None:
+def find_heading(lines: Iterator[tuple[int, str]], known: Sequence[str] = ()) -> Heading | None:
     """The heading of numbered lines; None where no line is left under the notes.
 
-    The names are the first line whose cells are as many as those of the numbers below it, or,
+    The names are the first line whose cells are as many as those of the numbers below it, or that
+    has one of the ``known`` names in small letters; or,
     where a logger has written none there, the last note of as many cells. Units in a row of their
     own are put behind the names: ``time`` above ``(ms)`` is ``time (ms)``.
     """
@@ -85,7 +86,7 @@ def find_heading(lines: Iterator[tuple[int, str]]) -> Heading | None:
             break
     if not above:
         return None
-    return _name_columns(notes, texts, above)
+    return _name_columns(notes, texts, above, known)
 
 
 def _note(notes: dict[str, str], text: str, sign: str) -> None:
@@ -95,7 +96,10 @@ def _note(notes: dict[str, str], text: str, sign: str) -> None:
 
 
 def _name_columns(
-    notes: dict[str, str], texts: list[str], above: list[tuple[int, str]]
+    notes: dict[str, str],
+    texts: list[str],
+    above: list[tuple[int, str]],
+    known: Sequence[str],
 ) -> Heading:
     for k, (number, line) in enumerate(above):
         delimiter = _find_delimiter(line)
@@ -110,7 +114,7 @@ def _name_columns(
             or _differ(names, below[0])
         ):
             continue
-        if any(map(is_numeral, below[0])):
+        if any(map(is_numeral, below[0])) or {name.lower() for name in names} & {*known}:
             return _make(notes, above[:k], number, names, delimiter)
         if len(below) == 2 and _are_units(*below):
             pairs = itertools.zip_longest(names, below[0], fillvalue="")
@@ -186,7 +190,8 @@ class Table:
 
     ``columns`` names, ``values`` (row, column) with NaN for an empty cell, ``notes`` from lines ``#
     key: value``, ``line`` (row,) the line number of each row in the file, ``source`` the file's
-    name, ``words`` the columns that hold text, each with the first of it; their values are NaN.
+    name, ``words`` the columns that hold text, each with that of all rows (row,), empty where there
+    is none; their values are NaN.
     """
 
     columns: tuple[str, ...]
@@ -194,7 +199,7 @@ class Table:
     notes: dict[str, str]
     line: np.ndarray
     source: str
-    words: dict[str, str] = field(default_factory=dict)
+    words: dict[str, np.ndarray] = field(default_factory=dict)
 
     def column(self, name: str) -> np.ndarray:
         """Values (row,) of the column called ``name``; the error lists the columns there are."""
@@ -205,12 +210,16 @@ class Table:
         self.refuse_words(name)
         return self.values[:, self.columns.index(name)]
 
+    def first_word(self, name: str) -> str:
+        """The first text in a column of text that is not empty."""
+        return next((text[:40] for text in self.words[name].tolist() if text), "")
+
     def refuse_words(self, *names: str) -> None:
         """Raise InvalidInput if one of these columns holds text where numbers are needed."""
         for name in names:
             if name in self.words:
                 raise InvalidInput(
-                    f"{self.source}: column {name!r} holds text ({self.words[name][:40]!r}),"
+                    f"{self.source}: column {name!r} holds text ({self.first_word(name)!r}),"
                     " numbers are needed. Write numbers; times as ms or s since the start."
                 )
 
@@ -221,7 +230,7 @@ def read_table(
     *,
     max_bytes: int = MAX_BYTES,
     max_cells: int = _MAX_CELLS,
-    words: bool = False,
+    words: bool | Sequence[str] = False,
 ) -> Table:
     """Read a delimited text file (comma, semicolon, tab or blanks) with one header row; nothing in
     it is ever executed.
@@ -235,8 +244,8 @@ def read_table(
     Parameters
     ----------
     words
-        Take columns that begin with text, too: their values are NaN, and ``Table.words`` names
-        them.
+        Take columns that begin with text, too: their values are NaN, and ``Table.words`` has what
+        they hold. Columns of these names, in small letters, are text whatever they hold.
 
     Raises
     ------
@@ -254,10 +263,18 @@ def read_table(
 
 @checked
 def parse_table(
-    text: str, *, source: str = "text", max_cells: int = _MAX_CELLS, words: bool = False
+    text: str,
+    *,
+    source: str = "text",
+    max_cells: int = _MAX_CELLS,
+    words: bool | Sequence[str] = False,
+    heading: Heading | None = None,
 ) -> Table:
-    """As :func:`read_table`, from text that has already been read."""
-    heading = find_heading(enumerate(io.StringIO(text), 1))
+    """As :func:`read_table`, from text that has already been read; with a ``heading`` of one's own
+    where a program writes its names in another way.
+    """
+    known = () if isinstance(words, bool) else words
+    heading = heading or find_heading(enumerate(io.StringIO(text), 1), known)
     if heading is None:
         raise InvalidInput(
             f"{source}: no header row. The first line names the columns, separated by commas."
@@ -265,15 +282,16 @@ def parse_table(
     columns = _check_names(heading.names, source)
     if heading.delimiter != ",":
         text = _set_points(text, heading, source)
-    found = _find_words(text, heading, columns) if words else {}
-    values, numbers = _read_rows(text, heading, columns, source, max_cells, found)
+    always = [name for name in columns if name.lower() in known]
+    found = [*always, *(_find_words(text, heading, columns) if words else ())]
+    values, numbers, texts = _read_rows(text, heading, columns, source, max_cells, found)
     return Table(
         columns=columns,
         values=values,
         notes=heading.notes,
         line=numbers,
         source=source,
-        words=found,
+        words={name: np.array(texts[name], dtype=str) for name in columns if name in texts},
     )
 
 
@@ -341,8 +359,8 @@ def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
             yield number, line.rstrip("\n")
 
 
-def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[str, str]:
-    """Columns whose first cell that is not empty is no number, each with that cell."""
+def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> list[str]:
+    """Columns whose first cell that is not empty is no number."""
     first: dict[str, str] = {}
     for _, line in itertools.islice(_list_rows(text, heading.start), _LOOKED_AT):
         for name, cell in zip(columns, split_line(line, heading.delimiter), strict=False):
@@ -350,12 +368,11 @@ def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[s
                 first[name] = cell
         if len(first) == len(columns):
             break
-    return {
-        name: cell
+    return [
+        name
         for name, cell in first.items()
-        if not is_numeral(cell.replace("_", ""))
-        and "," not in cell  # wrong numbers are no text
-    }
+        if not is_numeral(re.sub("[_,]", "", cell))  # wrong numbers are no text
+    ]
 
 
 def _read_rows(
@@ -364,8 +381,8 @@ def _read_rows(
     columns: tuple[str, ...],
     source: str,
     max_cells: int,
-    words: dict[str, str],
-) -> tuple[np.ndarray, np.ndarray]:
+    words: list[str],
+) -> tuple[np.ndarray, np.ndarray, dict[str, list[str]]]:
     width, count = len(columns), sum(1 for _ in _list_rows(text, heading.start))
     if count * width > max_cells:
         raise InvalidInput(
@@ -373,6 +390,7 @@ def _read_rows(
         )
     values, numbers = np.full((count, width), np.nan), np.empty(count, dtype=int)
     taken = [k for k, name in enumerate(columns) if name not in words]
+    texts: dict[str, list[str]] = {name: [] for name in words}
     for row, (number, line) in enumerate(_list_rows(text, heading.start)):
         numbers[row] = number
         cells = split_line(line, heading.delimiter) if len(line) <= _MAX_LINE else []
@@ -383,7 +401,9 @@ def _read_rows(
                 f"{source} line {number}: {len(cells)} cells where the header has {width} columns."
             )
         values[row, taken] = _read_cells(cells, taken, columns, source, number)
-    return values, numbers
+        for name, kept in texts.items():
+            kept.append(cells[columns.index(name)])
+    return values, numbers, texts
 
 
 def _read_cells(
