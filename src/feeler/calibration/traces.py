@@ -16,12 +16,18 @@ from feeler.calibration.problem import Protocol
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.records import ALLOW_NAN, Choice, Gt, Record, freeze
-from feeler.tensors.table import ROW, Table, parse_table, read_table
+from feeler.tensors.table import (
+    ROW,
+    TIME_UNITS,
+    Table,
+    find_times,
+    parse_table,
+    read_table,
+)
 from feeler.validation import Count, checked
 
 # Recorded free responses: tip displacement of several animals over time, from a CSV file.
 
-_TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
 _EXAMPLE = "synthetic_step"
 MAX_GAP = 5  # [C] samples, as in tracks
 
@@ -206,12 +212,12 @@ def bridge(
 
 def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]:
     """Time [ms] of each row, and the column it came from."""
-    known = (*_TIME_UNITS, "frame")
-    column = next((name for name in table.columns if name in known), None)
+    clocks = {name: unit for name, unit in find_times(table.columns).items() if unit}
+    column = next((name for name in table.columns if name in (*clocks, "frame")), None)
     if column is None or len(table.columns) < 2:
         raise InvalidInput(
-            f"{table.source} needs a column {' or '.join(known)} and one named column per animal;"
-            f" its header is {', '.join(table.columns[:12])}."
+            f"{table.source} needs a column time_ms or time_s or frame and one named column per"
+            f" animal; its header is {', '.join(table.columns[:12])}."
         )
     if (column == "frame") != (frame_rate is not None):
         raise InvalidInput(
@@ -222,7 +228,7 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
             )
         )
     if frame_rate is None:
-        return table.column(column) * _TIME_UNITS[column], column
+        return table.column(column) * TIME_UNITS[clocks[column]], column
     return table.column(column) * (1000.0 / frame_rate), column
 
 

@@ -14,7 +14,7 @@ from sklearn.isotonic import IsotonicRegression
 from feeler.errors import InvalidInput
 from feeler.files import make_record, parse_json, read_bytes, writing
 from feeler.records import ALLOW_NAN, Record
-from feeler.tensors.table import MAX_BYTES, Table, read_table
+from feeler.tensors.table import MAX_BYTES, TIME_UNITS, Table, find_times, read_table
 from feeler.validation import Choice, checked
 
 # Sensor calibration: from what a sensor reads (capacitance, voltage, counts) to its hinge's
@@ -490,7 +490,8 @@ def load_calibration_table(
     named = {f"{what}_{unit}": unit for what in _READINGS for unit in READING_UNITS}
     capacitance = _take(table, {name: READING_UNITS[unit][1] for name, unit in named.items()})
     unit = next(READING_UNITS[unit][0] for name, unit in named.items() if name in table.columns)
-    time = table.column("time_ms") if "time_ms" in table.columns else None
+    clock = next((pair for pair in find_times(table.columns).items() if pair[1]), None)
+    time = None if clock is None else table.column(clock[0]) * TIME_UNITS[clock[1]]
     return fit_sensors(
         table.column("hinge"),
         angle,

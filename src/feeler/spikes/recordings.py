@@ -27,27 +27,21 @@ from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, 
 from feeler.spikes.trains import attach_trains, count_spikes
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
-from feeler.tensors.table import read_table
+from feeler.tensors.table import TIME_UNITS, find_times, read_table, sniff_columns
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
 
 # Trains on the session's clock.
 
-_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
-_COLUMN = re.compile(
-    r"(?:(?:spike|onset|contact|start|on)[_ .]?)?(?:times?|onset|timestamps?|on|t)"
-    r"(?:[_ .]?[(\[]?(?P<unit>s|sec|seconds?|ms|us|µs)[)\]]?)?",
-    re.IGNORECASE,
-)
+_EVENTS = "spike|onset|contact|start|on"
 _OWNERS = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
-_WORDS = {"sec": "s", "second": "s", "seconds": "s", "µs": "us"}
 _FASTEST = 2.0  # [C] spikes per ms of one unit in the median interval, above any nerve fibre's
 _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
 
 @checked
 def read_trains(
-    path: str | os.PathLike, *, unit: Annotated[str, Choice(_MS)] | None = None
+    path: str | os.PathLike, *, unit: Annotated[str, Choice(("s", "ms", "us"))] | None = None
 ) -> dict[str, np.ndarray]:
     """Trains of a recording, by unit: times [ms] on the session's clock, rising.
 
@@ -72,7 +66,7 @@ def read_trains(
     if path.is_dir():
         trains = _read_phy(path)
     elif read_start(path, len(HDF5)) == HDF5:
-        trains = _read_nwb(path, _MS[unit or "s"])
+        trains = _read_nwb(path, TIME_UNITS[unit or "s"])
     else:
         trains = _read_table(path, unit)
     if not trains or not any(train.size for train in trains.values()):
@@ -100,26 +94,24 @@ def _doubt_clock(trains: Mapping[str, np.ndarray], source: str) -> None:
 
 def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
     table = read_table(path, words=_OWNERS)
-    found = [(name, match) for name in table.columns if (match := _COLUMN.fullmatch(name))]
+    found = find_times(table.columns, _EVENTS)
     if not found:
         raise InvalidInput(
             f"{path.name} has no column of times, but {', '.join(table.columns[:12])}. Spikes are"
             " a table with columns unit and time_s or time_ms, a row per spike."
         )
-    column, match = found[0]
-    said = (match["unit"] or "").lower()
-    said = _WORDS.get(said, said)
+    column, said = next(iter(found.items()))
     if not (said or unit):
         raise InvalidInput(
             f"{path.name}: column {column!r} does not say whether its times are s or ms; give"
             " unit='s' or unit='ms', or call it time_s."
         )
-    if said and unit and said != unit:
+    if said and unit and TIME_UNITS[said] != TIME_UNITS[unit]:
         raise InvalidInput(
             f"{path.name}: unit={unit!r} contradicts column {column!r}. Leave unit= out, or rename"
             " the column."
         )
-    time = table.column(column) * _MS[said or unit or ""]
+    time = table.column(column) * TIME_UNITS[said or unit or ""]
     owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
     labels = np.full(time.size, "1") if owner is None else table.words[owner]
     return {
@@ -217,10 +209,12 @@ def _is_spikes(path: Path, start: bytes) -> bool:
         return (path / "spike_times.npy").exists()
     if start.startswith(HDF5):
         return path.suffix == ".nwb"
-    head = start.split(b"\n", 1)[0].decode("utf-8", "ignore")
-    names = [cell.strip().strip('"') for cell in re.split("[,;\t]", head)]
-    timed = any(_COLUMN.fullmatch(name) for name in names)
-    return timed and len(names) <= 4 and any(name.lower() in _OWNERS for name in names)
+    names = sniff_columns(start)
+    return (
+        bool(find_times(names, _EVENTS))
+        and len(names) <= 4
+        and any(name.lower() in _OWNERS for name in names)
+    )
 
 
 def _tell_spikes(path: Path, limits: Any, trusted: bool) -> list[str]:

@@ -21,7 +21,7 @@ from feeler.provenance import to_jsonable
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.tensors.schema import find_errors, raise_if_invalid
-from feeler.tensors.table import Table, find_heading, read_table
+from feeler.tensors.table import Table, read_table, sniff_columns
 from feeler.tensors.writers import (
     MAGIC,
     restore,
@@ -633,11 +633,9 @@ _ADVICE = (
 
 
 def _is_table(path: Path, start: bytes) -> bool:
-    lines = start.decode("utf-8-sig", "ignore").split("\n")
-    heading = (
-        None if b"\0" in start or sniff_file_type(start) else find_heading(enumerate(lines, 1))
-    )
-    return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
+    if sniff_file_type(start) or path.suffix.lower() not in _ENDINGS:
+        return False
+    return len(sniff_columns(start)) > 1
 
 
 _ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", "")

@@ -42,6 +42,39 @@ class Heading:
     delimiter: str
 
 
+TIME_UNITS = {
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 1.0),
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1e3),
+    **dict.fromkeys(("us", "µs", "μs", "micros", "microsecond", "microseconds"), 1e-3),
+    "ns": 1e-6,
+}
+"""Units of time as headers say them, in ms."""
+# how PlotJuggler (CSV export) and ROS 1 (rostopic echo -p) call their clocks, which say no unit
+_CLOCKS = {"__time": "s", "%time": "ns"}
+_OF_TIME = "times?|t|time[ _-]?stamps?|elapsed(?:[ _-]?time)?"
+
+
+def find_times(columns: Sequence[str], events: str = "") -> dict[str, str]:
+    """Columns of times, each with the unit that its name says, a key of ``TIME_UNITS``, or ``""``:
+    ``time_ms``, ``Time [s]``, ``t``, ``timestamp (us)``, ``elapsed time``, ``seconds``. ``events``
+    are others, as in ``onset|spike``, alone or before ``time``.
+    """
+    begin = f"(?:(?:{events})[ _.]?)?(?:{_OF_TIME}|{events})" if events else f"(?:{_OF_TIME})"
+    units = "|".join(sorted(TIME_UNITS, key=len, reverse=True))
+    pattern = re.compile(
+        rf"{begin}(?:[\s_.,(\[-]+(?P<unit>{units})|(?P<joined>ms|us))?\s*[)\]]?"
+        rf"|(?P<alone>{'|'.join(unit for unit in TIME_UNITS if len(unit) > 2 or unit == 'ms')})",
+        re.IGNORECASE,
+    )
+    found = {}
+    for column in columns:
+        if match := pattern.fullmatch(column):
+            found[column] = next(filter(None, match.groups()), "").lower()
+        elif column in _CLOCKS:
+            found[column] = _CLOCKS[column]
+    return found
+
+
 def is_numeral(cell: str) -> bool:
     """Whether a cell is a number as Python reads it, without its underscores."""
     try:
@@ -87,6 +120,14 @@ def find_heading(lines: Iterator[tuple[int, str]], known: Sequence[str] = ()) ->
     if not above:
         return None
     return _name_columns(notes, texts, above, known)
+
+
+def sniff_columns(start: bytes) -> list[str]:
+    """Names of a table's columns by how its file begins; none where it is no table."""
+    if b"\0" in start:
+        return []
+    heading = find_heading(enumerate(start.decode("utf-8-sig", "ignore").split("\n"), 1))
+    return [] if heading is None else heading.names
 
 
 def _note(notes: dict[str, str], text: str, sign: str) -> None:

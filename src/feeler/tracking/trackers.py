@@ -17,9 +17,11 @@ from feeler.tensors.formats import HDF5
 from feeler.tensors.readers import TRAINING_LABELS
 from feeler.tensors.table import (
     MAX_BYTES,
+    TIME_UNITS,
     Heading,
     Table,
     find_heading,
+    find_times,
     is_numeral,
     parse_table,
     split_line,
@@ -31,14 +33,6 @@ _MAX_JITTER = 0.35  # [C] of a frame interval, by which a time may lie off its f
 _MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 _SLOWEST, _FASTEST = 2.0, 2e4  # [C] frames per second of films of moving animals
 _FRAME = re.compile(r"frames?|frame[ _.]?(?:idx|index|no|number|num|nr)|fnum", re.IGNORECASE)
-_TIME = re.compile(
-    r"(?:(?:elapsed[ _])?(?:times?|t|time[ _]?stamps?)|(?=secs?$|seconds?$|m[si]))"  # or a unit
-    r"(?:[ _.]?[(\[]? ?(?P<unit>s|secs?|seconds?|ms|msecs?|"
-    r"milliseconds?|us|µs|microseconds?) ?[)\]]?)?",
-    re.IGNORECASE,
-)
-_MS = {"s": 1e3, "sec": 1e3, "secs": 1e3, "second": 1e3, "seconds": 1e3}
-_MS |= {"us": 1e-3, "µs": 1e-3, "microsecond": 1e-3, "microseconds": 1e-3}  # others are ms
 
 
 def _count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
@@ -113,20 +107,21 @@ def _read_clock(table: Table, given: float | None) -> _Clock:
     """
     numbers = next((name for name in table.columns if _FRAME.fullmatch(name)), None)
     frame = None if numbers is None or numbers in table.words else table.column(numbers)
-    found = [(name, match) for name in table.columns if (match := _TIME.fullmatch(name))]
+    found = find_times(table.columns)
     if not found:
         return frame, None, "", ""
-    column, match = next((one for one in found if one[1]["unit"]), found[0])
+    column = next((name for name, unit in found.items() if unit), next(iter(found)))
+    unit = found[column]
     if column in table.words:
         return frame, None, "", f"column {column!r} holds text"
     time = table.column(column)
-    counted, step, wrong = _count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
+    counted, step, wrong = _count_frames(time * TIME_UNITS[unit or "s"])
     if counted is None:
         return frame, None, "", f"{wrong} in column {column!r}"
     if frame is not None:
         step *= counted[-1] / max(frame[-1] - frame[0], 1)
     rate = 1e3 / step
-    if match["unit"] is None:
+    if not unit:
         options = [rate, 1e3 * rate]
         if given is not None:
             rate = min(options, key=lambda one: abs(np.log(one / given)))

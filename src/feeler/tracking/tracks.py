@@ -18,7 +18,7 @@ from feeler.records import ALLOW_NAN, Choice, Ge, Gt, Le, Len, Record, Unit, sho
 from feeler.sandbox import Limits
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
-from feeler.tensors.table import Table, find_heading
+from feeler.tensors.table import Table, sniff_columns
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
 from feeler.tracking.trackers import (
     LENGTHS,
@@ -615,13 +615,9 @@ def _is_tracks(path: Path, start: bytes) -> bool:
     """Whether a file may hold landmarks: HDF5, or a table with a column x and y of one point."""
     if start.startswith(HDF5) or _SCORER.search(start.removeprefix(b"\xef\xbb\xbf")):
         return True
-    if b"\0" in start:
-        return False
-    text = start.decode("utf-8-sig", "ignore")
-    if _is_export(text):
+    if _is_export(start.decode("utf-8-sig", "ignore")):
         return True
-    heading = find_heading(enumerate(text.split("\n"), 1))
-    found = _find_landmarks([] if heading is None else heading.names)[0]
+    found = _find_landmarks(sniff_columns(start))[0]
     return any((name, "Y") in found and len(name) > 1 and name != "body" for name, _ in found)
 
 
