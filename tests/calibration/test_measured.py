@@ -262,6 +262,7 @@ def test_large_deflections_stiffen_as_the_statics_say():
             [(0, 0), (1, 1), (2, 2)],
             "'force_lb' does not say its unit",
         ),
+        ("deflection_um,force_uN,load_g", [(0, 0, 0), (1, 1, 2)], "which of force_uN, load_g"),
         ("deflection_um,volts_V", [(0, 0), (1, 1), (2, 2)], "no column force with its unit"),
         ("deflection_um,force_uN", [(0, 0), (1, 4), (2, 1), (3, 5)], "not monotone: near"),
         ("deflection_um,force_uN", [(0, 1), (1, 1), (2, 1)], "the force never changes"),

@@ -28,7 +28,7 @@ from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning, sugge
 from feeler.experiments.mechanics import hold
 from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.records import Ge, Gt, Len, Record, Shown, Unit
-from feeler.tensors.table import Table, read_table
+from feeler.tensors.table import Table, read_table, split_unit
 from feeler.tracking import Tracks, load_tracks
 from feeler.validation import checked
 
@@ -36,9 +36,6 @@ from feeler.validation import checked
 
 _LENGTHS = {**BEAM_UNITS["length"], "nm": 1e-6}
 _FORCES = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9, "g": 9.80665e-3, "mg": 9.80665e-6}
-_COLUMN = re.compile(
-    r"(?P<name>.*?)(?:[\s_]*[\[(](?P<in>[^\])]*)[\])]|[\s_](?P<bare>[^\s_]+))?"
-)
 
 
 def _find_column(
@@ -53,13 +50,11 @@ def _find_column(
         No such column, one without a unit or with an unknown one, or an empty cell.
     """
     valid = ", ".join(f"{names[0]}_{unit.replace('µ', 'u')}" for unit in list(units)[:4])
+    found: dict[str, np.ndarray] = {}
     for column in table.columns:
-        match = _COLUMN.fullmatch(column.strip())
-        name = column if match is None else match["name"].strip().replace(" ", "_")
+        name, unit = split_unit(column)
         if not {name.lower(), name.lower().removesuffix("s"), column.lower()} & {*names}:
             continue
-        unit = "" if match is None else match["in"] or match["bare"] or ""
-        unit = re.sub(r"^[uμ](?=[mN])", "µ", unit.strip())
         if unit not in units:
             raise InvalidInput(
                 f"{table.source}: column {column!r} does not say its unit. Call it {valid}."
@@ -70,7 +65,13 @@ def _find_column(
             raise InvalidInput(
                 f"{table.source} line {line}: {column} is empty. Fill it in, or leave the row out."
             )
-        return units[unit] * values
+        found[column] = units[unit] * values
+    if len(found) > 1:
+        raise InvalidInput(
+            f"{table.source}: which of {', '.join(found)} is the {names[0]}? Leave one of them."
+        )
+    if found:
+        return next(iter(found.values()))
     if needed:
         raise InvalidInput(
             f"{table.source}: no column {names[0]} with its unit ({valid}); its columns are"

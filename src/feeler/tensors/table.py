@@ -6,7 +6,7 @@ import itertools
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,8 @@ ROW = "row"
 """Name of a first column without one where others say the time."""
 _MAX_PREAMBLE = 50  # [C] lines that a data logger writes above the names of the columns
 _UNIT = re.compile(
-    r"[(\[].{0,20}[)\]]|[num]?s|sec|m?rad|deg|°|[pfn]F|counts|m?V|°?C|K|Hz|m?N|[mµ]?m|px|ohm|Ω|",
+    r"[(\[].{0,20}[)\]]|-|1|%|a\.?u\.?|1/\w+|px|pixels?|counts|°|°?C|"
+    r"[nuµμmckM]?(?:s|sec|seconds?|rad|deg|F|V|A|K|Hz|N|m|g|Pa|ohm|Ω)(?:/\w{1,3})?|pF|fF|",
     re.IGNORECASE,
 )
 
@@ -73,6 +74,18 @@ def find_times(columns: Sequence[str], events: str = "") -> dict[str, str]:
         elif column in _CLOCKS:
             found[column] = _CLOCKS[column]
     return found
+
+
+_NAMED = re.compile(r"(?P<name>.*?)(?:[\s_]*[\[(](?P<in>[^\])]*)[\])]|[\s_](?P<bare>[^\s_]+))?")
+
+
+def split_unit(column: str) -> tuple[str, str]:
+    """Name and unit of a column: ``length_um``, ``force (mN)``, ``diameter [µm]``."""
+    match = _NAMED.fullmatch(column.strip())
+    if match is None:
+        return column, ""
+    unit = (match["in"] or match["bare"] or "").strip()
+    return match["name"].strip().replace(" ", "_"), re.sub(r"^[uμ](?=[mN])", "µ", unit)
 
 
 def is_numeral(cell: str) -> bool:
@@ -156,11 +169,17 @@ def _name_columns(
         ):
             continue
         if any(map(is_numeral, below[0])) or {name.lower() for name in names} & {*known}:
+            over = split_line(above[k - 1][1], delimiter) if k else []
+            if len({*names}) < len(names) and over and not _differ(over, names):
+                names = _join_rows(over, names)
             return _make(notes, above[:k], number, names, delimiter)
         if len(below) == 2 and _are_units(*below):
             pairs = itertools.zip_longest(names, below[0], fillvalue="")
             both = [
-                f"{name} ({bare})" if (bare := unit.strip("()[]")) else name
+                f"{name} ({bare})"
+                if (bare := unit.strip("()[]- "))
+                and not re.search(rf"\b{re.escape(bare)}\W?$", re.sub("_", " ", name))
+                else name
                 for name, unit in pairs
             ]
             return _make(notes, above[:k], above[k + 1][0], both, delimiter)
@@ -174,6 +193,17 @@ def _name_columns(
     return _make(notes, [], number, cells, delimiter)
 
 
+def _join_rows(over: list[str], names: list[str]) -> list[str]:
+    """Names of two rows, of which the upper one spans several columns: ``tip`` above ``x`` and
+    ``y`` is ``tip_x`` and ``tip_y``.
+    """
+    joined, last = [], ""
+    for upper, lower in itertools.zip_longest(over, names, fillvalue=""):
+        last = upper or last
+        joined.append("_".join(filter(None, (last, lower))) if lower else upper)
+    return joined
+
+
 def _make(
     notes: dict[str, str],
     preamble: list[tuple[int, str]],
@@ -183,20 +213,21 @@ def _make(
 ) -> Heading:
     for _, line in preamble:
         _note(notes, line, ":" if ":" in line else delimiter)
-    if len(names) > 1 and names[-1] == "":  # a trailing delimiter
+    while len(names) > 1 and names[-1] == "":  # trailing delimiters
         names = names[:-1]
     return Heading(notes=notes, start=start, names=names, delimiter=delimiter)
 
 
 def _find_delimiter(line: str) -> str:
-    """What stands between the cells: of comma, semicolon and tab the one that is there most."""
-    found = max(",;\t", key=line.count)
+    """What stands between the cells: of tab, semicolon and comma the one that is there most."""
+    found = max("\t;,", key=line.count)
     return found if line.count(found) or " " not in line.strip() else " "
 
 
 def _differ(names: list[str], cells: list[str]) -> bool:
-    """Whether a row has another number of cells; either may end in a delimiter."""
-    return abs(len(names) - len(cells)) > ("" in (*names[-1:], *cells[-1:]))
+    """Whether a row has another number of cells; either may end in delimiters."""
+    longer, n = max(names, cells, key=len), min(len(names), len(cells))
+    return any(longer[n:])
 
 
 def _are_units(cells: list[str], below: list[str]) -> bool:
@@ -218,7 +249,7 @@ _MAX_LINE = 65_536  # [C] characters
 _MAX_NUMBER = (
     1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
 )
-_MISSING = ("", "nan", "na", "null", "none", "-")
+_MISSING = ("", "nan", "na", "n/a", "#n/a", "-nan", "nan(ind)", "null", "none", "-", "--", ".")
 _LOOKED_AT = 1000  # rows in which a column's first word or number is looked for
 _CELL = r"(?:^|(?<=[;\t\n \"]))[+-]?\d*{}\d+(?:[eE][+-]?\d+)?(?=[;\t\n \"]|$)"
 _COMMA, _POINT = re.compile(_CELL.format(",")), re.compile(_CELL.format(r"\."))
@@ -278,9 +309,10 @@ def read_table(
 
     Lines that start with ``#`` before the header are notes, ``# key: value``, and so is what a
     logger writes above the header without a sign. Units may stand in a row of their own below the
-    names. Empty cells, ``NaN``, ``NA``, ``null``, ``none`` and ``-`` are missing values.
-    Everything else must be a number of at most 1e30. Decimal commas are read where semicolons,
-    tabs or blanks stand between the cells, and all decimals of the file are commas.
+    names, and of two rows of names the upper one may span several columns. Empty cells, ``NaN``,
+    ``NA``, ``N/A``, ``null``, ``none``, ``-`` and ``.`` are missing values. Everything else must be
+    a number of at most 1e30. Decimal commas are read where semicolons, tabs or blanks stand between
+    the cells, and all decimals of the file are commas.
 
     Parameters
     ----------
@@ -309,10 +341,11 @@ def parse_table(
     source: str = "text",
     max_cells: int = _MAX_CELLS,
     words: bool | Sequence[str] = False,
+    bare: Sequence[str] = (),
     heading: Heading | None = None,
 ) -> Table:
     """As :func:`read_table`, from text that has already been read; with a ``heading`` of one's own
-    where a program writes its names in another way.
+    where a program writes its names in another way, and ``bare`` names where there is none.
     """
     known = () if isinstance(words, bool) else words
     heading = heading or find_heading(enumerate(io.StringIO(text), 1), known)
@@ -320,6 +353,8 @@ def parse_table(
         raise InvalidInput(
             f"{source}: no header row. The first line names the columns, separated by commas."
         )
+    if bare and all(map(is_numeral, heading.names)):
+        heading = replace(heading, start=heading.start - 1, names=[*bare])
     columns = _check_names(heading.names, source)
     if heading.delimiter != ",":
         text = _set_points(text, heading, source)
@@ -338,7 +373,10 @@ def parse_table(
 
 def _check_names(names: list[str], source: str) -> tuple[str, ...]:
     clocked = any(re.match("time|frame", name, re.IGNORECASE) for name in names)
-    if len(names) > 1 and not names[0]:  # numbers of rows, as pandas and R write them
+    if len(names) > 1 and names[0] in (
+        "",
+        "Unnamed: 0",
+    ):  # numbers of rows, as pandas and R have
         names = [ROW if clocked else "frame", *names[1:]]
     columns = tuple(names)
     if sum(map(len, columns)) > _MAX_LINE:
@@ -396,7 +434,8 @@ def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
     """Numbered lines after line ``start`` that are neither empty nor notes."""
     # one at a time: a list of lines would take many times the text's memory
     for number, line in enumerate(io.StringIO(text), 1):
-        if number > start and not line.isspace() and not line.lstrip().startswith("#"):
+        note = re.match(r"\s*#(?!N/A)", line, re.IGNORECASE)
+        if number > start and not note and not line.isspace():
             yield number, line.rstrip("\n")
 
 
@@ -435,8 +474,8 @@ def _read_rows(
     for row, (number, line) in enumerate(_list_rows(text, heading.start)):
         numbers[row] = number
         cells = split_line(line, heading.delimiter) if len(line) <= _MAX_LINE else []
-        if len(cells) == width + 1 and cells[-1] == "":
-            cells = cells[:-1]
+        if len(cells) > width and not any(cells[width:]):
+            cells = cells[:width]
         if len(cells) != width:
             raise InvalidInput(
                 f"{source} line {number}: {len(cells)} cells where the header has {width} columns."

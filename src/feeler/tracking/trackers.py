@@ -451,9 +451,11 @@ def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
 
 # Columns of landmarks: NAME and axis, in the ways in which programs write them.
 
-_UNIT = r"(?:\s*\((?P<unit>[^)]*)\))?"
+_UNIT = r"(?:[\s_]*[(\[](?P<unit>[^)\]]*)[)\]])?"
 _PATTERNS = (
-    re.compile(r"(?P<name>.{1,200}?)[_. :/](?P<axis>[xyz])", re.IGNORECASE),  # head_x, head/X
+    re.compile(
+        rf"(?P<name>.{{1,200}}?)[_. :/](?P<axis>[xyz]){_UNIT}", re.IGNORECASE
+    ),  # head_x, head/X, head_x (mm)
     re.compile(
         rf"(?P<axis>[xyz])#(?P<name>.{{1,200}}?){_UNIT}", re.IGNORECASE
     ),  # TRex's centroids
@@ -463,7 +465,8 @@ _PATTERNS = (
     re.compile(rf"(?P<name>)(?P<axis>[xyz]){_UNIT}", re.IGNORECASE),  # one place alone
 )
 _ALONE = "body"
-LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1e3}
+LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "µm": 1e-3, "μm": 1e-3}
+_PIXELS = ("", "px", "pixel", "pixels")
 
 
 def _find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int], str]:
@@ -475,16 +478,17 @@ def _find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int],
     first: dict[tuple[str, str], int] = {}
     for pattern in (_PATTERNS[0], *_PATTERNS[2:4], _PATTERNS[1], *_PATTERNS[4:]):
         found: dict[tuple[str, str], int] = {}
-        unit = ""
+        units = set()
         for index, column in enumerate(columns):
             if column.startswith("/"):  # a ROS topic
                 continue
             if match := pattern.fullmatch(column):
                 found.setdefault((match["name"] or _ALONE, match["axis"].upper()), index)
-                unit = unit or (match.groupdict().get("unit") or "")
+                unit = (match.groupdict().get("unit") or "").strip()
+                units.add("" if unit.lower() in _PIXELS else unit)
         names = {name for name, _ in found}
         if any({(name, "X"), (name, "Y")} <= found.keys() for name in names):
-            return found, unit
+            return found, ", ".join(sorted(units))
         first = found if pattern is _PATTERNS[0] else first
     return first, ""
 

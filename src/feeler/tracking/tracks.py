@@ -446,9 +446,24 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
     axes = "XYZ" if any((name, "Z") in found for name in names) else "XY"
     for name in names:
         _require_axes(table, found, name, name, axes)
-    position = table.values[:, [[found[name, axis] for axis in axes] for name in names]]
+    places = [[found[name, axis] for axis in axes] for name in names]
+    position = table.values[:, places]
+    for column in [table.columns[k] for row in places for k in row]:
+        again = f"{column}.1"
+        if again in table.columns and not np.array_equal(
+            table.column(column), table.column(again), equal_nan=True
+        ):
+            raise InvalidInput(
+                f"{table.source}: two columns are called {column!r}, with other numbers. Give each"
+                " its own name."
+            )
     unit = "px" if axes == "XY" else OWN_UNIT
-    if stated in LENGTHS:
+    if stated and stated not in LENGTHS:
+        raise InvalidInput(
+            f"{table.source}: its places are in {stated}; give all in px, or all in one of"
+            f" {', '.join(LENGTHS)}."
+        )
+    if stated:
         position, unit = position * LENGTHS[stated], "mm"
     sure = [
         [
