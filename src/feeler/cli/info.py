@@ -9,7 +9,6 @@ Examples:
   feeler walkDLC.h5                                    a file alone asks the same
 """
 
-import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -124,8 +123,6 @@ def _name_traces() -> dict[str, Any]:
         from feeler.tensors.table import read_table
 
         columns = read_table(path).columns
-        if channel := next((name for name in columns if re.match(r"hinge\d", name)), None):
-            raise InvalidInput(f"{path.name} has a channel {channel!r} of a robot.")
         counted = "frame" in columns and not {"time_ms", "time_s"} & {*columns}
         found = load_traces(
             path,

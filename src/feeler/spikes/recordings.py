@@ -27,7 +27,7 @@ from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, 
 from feeler.spikes.trains import attach_trains, count_spikes
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
-from feeler.tensors.table import TIME_UNITS, find_times, read_table, sniff_columns
+from feeler.tensors.table import TIME_UNITS, find_times, is_numeral, read_table, sniff_columns
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
 
@@ -36,6 +36,7 @@ from feeler.validation import checked
 _EVENTS = "spike|onset|contact|start|on"
 _OWNERS = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
 _FASTEST = 2.0  # [C] spikes per ms of one unit in the median interval, above any nerve fibre's
+_FEW = 20  # [C] intervals that may be equal by chance or design
 _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
 
@@ -83,6 +84,11 @@ def _doubt_clock(trains: Mapping[str, np.ndarray], source: str) -> None:
     if not steps.size:
         return
     usual = float(np.median(steps))
+    if steps.size > _FEW and np.ptp(steps) < 1e-3 * usual:
+        raise InvalidInput(
+            f"{source}: its times are {usual:.4g} ms apart, all of them: these are samples of a"
+            " clock and no spikes. If they are spikes, give unit=."
+        )
     if not _SLOWEST < 1 / usual < _FASTEST:
         faster = 1 / usual >= _FASTEST
         raise InvalidInput(
@@ -114,6 +120,8 @@ def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
     time = table.column(column) * TIME_UNITS[said or unit or ""]
     owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
     labels = np.full(time.size, "1") if owner is None else table.words[owner]
+    if all(map(is_numeral, labels.tolist())):
+        labels = np.array([f"{float(label):g}" for label in labels.tolist()])
     return {
         str(name): np.sort(time[(labels == name) & np.isfinite(time)])
         for name in dict.fromkeys(labels.tolist())

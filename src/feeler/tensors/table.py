@@ -168,11 +168,6 @@ def _name_columns(
             or _differ(names, below[0])
         ):
             continue
-        if any(map(is_numeral, below[0])) or {name.lower() for name in names} & {*known}:
-            over = split_line(above[k - 1][1], delimiter) if k else []
-            if len({*names}) < len(names) and over and not _differ(over, names):
-                names = _join_rows(over, names)
-            return _make(notes, above[:k], number, names, delimiter)
         if len(below) == 2 and _are_units(*below):
             pairs = itertools.zip_longest(names, below[0], fillvalue="")
             both = [
@@ -183,6 +178,11 @@ def _name_columns(
                 for name, unit in pairs
             ]
             return _make(notes, above[:k], above[k + 1][0], both, delimiter)
+        if any(map(is_numeral, below[0])) or {name.lower() for name in names} & {*known}:
+            over = split_line(above[k - 1][1], delimiter) if k else []
+            if len({*names}) < len(names) and over and not _differ(over, names):
+                names = _join_rows(over, names)
+            return _make(notes, above[:k], number, names, delimiter)
     number, line = above[0]
     delimiter = _find_delimiter(line)
     cells = split_line(line, delimiter)
@@ -232,7 +232,7 @@ def _differ(names: list[str], cells: list[str]) -> bool:
 
 def _are_units(cells: list[str], below: list[str]) -> bool:
     return (
-        any(cells)
+        not all(cell.lower() in _MISSING or is_numeral(cell) for cell in cells)
         and all(_UNIT.fullmatch(cell) for cell in cells)
         and not _differ(cells, below)
         and any(map(is_numeral, below))
