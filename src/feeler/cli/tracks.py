@@ -632,9 +632,11 @@ def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, An
     names = ("min_likelihood", "origin", "plane", "individual", "scale", "feeler")
     used = {name: settings[name] for name in names} | {"points": said.points}
     used |= {name: settings[name] for name in ("outliers", "max_gap")}
-    points, left_out = [*(_split(said.points) or ())], [{} for _ in trials]
+    points = [*(_split(said.points) or ())]
+    left_out: list[dict[str, int]] = [{} for _ in trials]
     if used["outliers"] == "remove" and all(points):
-        ends = {"tips": (points[-1], ""), "bases": (points[0], ""), "points": points[1:-1]}
+        ends: dict[str, Any] = {"tips": (points[-1], ""), "bases": (points[0], "")}
+        ends["points"] = points[1:-1]
         seen = [leave_out_errors(one, **ends, max_gap=used["max_gap"]) for one in trials]
         trials, left_out = [one for one, _, _ in seen], [errors for _, errors, _ in seen]
     postures = [measure_posture(trial, points) for trial in trials]

@@ -156,7 +156,7 @@ def _read_model(
 # A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the
 # package.
 
-_START = 512  # bytes by which a file is recognised
+START = 512  # bytes by which a file is recognised
 _UNKNOWN = (
     "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5,"
     " Parquet), tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings"
@@ -239,7 +239,7 @@ def find_formats(
         There is none; the message says what the file is.
     """
     path = Path(path)
-    start = b"" if path.is_dir() else read_start(path, _START).removeprefix(BOM_UTF8)
+    start = b"" if path.is_dir() else read_start(path, START).removeprefix(BOM_UTF8)
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found

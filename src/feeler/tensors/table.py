@@ -5,7 +5,7 @@ import io
 import itertools
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -282,6 +282,55 @@ class Table:
         self.refuse_words(name)
         return self.values[:, self.columns.index(name)]
 
+    def quantity(
+        self, names: Sequence[str], units: Mapping[str, float]
+    ) -> tuple[np.ndarray, str]:
+        """Values (row,) of the column of one of these names, in the unit whose factor is 1, and the
+        unit that its heading says, one of ``units``: ``length_um``, ``Force [mN]``.
+
+        Raises
+        ------
+        InvalidInput
+            No such column, more than one, one without a unit or with an unknown one, or an empty
+            cell.
+        """
+        found = self.find_quantity(names, units)
+        if found is None:
+            raise InvalidInput(
+                f"{self.source}: no column {names[0]} with its unit ({_list_valid(names, units)});"
+                f" its columns are {', '.join(self.columns[:12])}."
+            )
+        return found
+
+    def find_quantity(
+        self, names: Sequence[str], units: Mapping[str, float]
+    ) -> tuple[np.ndarray, str] | None:
+        """As :meth:`quantity`; None where there is no such column."""
+        found = []
+        for column in self.columns:
+            name, unit = split_unit(column)
+            if not {name.lower(), name.lower().removesuffix("s"), column.lower()} & {*names}:
+                continue
+            if unit not in units:
+                raise InvalidInput(
+                    f"{self.source}: column {column!r} does not say its unit. Call it"
+                    f" {_list_valid(names, units)}."
+                )
+            values = self.column(column)
+            if np.isnan(values).any():
+                line = int(self.line[np.argmax(np.isnan(values))])
+                raise InvalidInput(
+                    f"{self.source} line {line}: {column} is empty. Fill it in, or leave the row"
+                    " out."
+                )
+            found.append((column, units[unit] * values, unit))
+        if len(found) > 1:
+            both = ", ".join(column for column, _, _ in found)
+            raise InvalidInput(
+                f"{self.source}: which of {both} is the {names[0]}? Leave one of them."
+            )
+        return found[0][1:] if found else None
+
     def first_word(self, name: str) -> str:
         """The first text in a column of text that is not empty."""
         return next((text[:40] for text in self.words[name].tolist() if text), "")
@@ -516,6 +565,11 @@ def _read_cell(cell: str, source: str, number: int, column: str) -> float:
             f" measured ({_MAX_NUMBER:g}). Mark a missing value by an empty cell."
         )
     return value
+
+
+def _list_valid(names: Sequence[str], units: Mapping[str, float]) -> str:
+    """Names that a column with its unit may have."""
+    return ", ".join(f"{names[0]}_{unit.replace('µ', 'u')}" for unit in list(units)[:4])
 
 
 def _list(names: tuple[str, ...]) -> str:
