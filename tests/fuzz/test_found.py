@@ -13,10 +13,10 @@ from feeler.errors import InvalidInput
 from feeler.files import read_bytes
 from feeler.robot.description import load_robot, write_robot
 from feeler.robot.stream import _MAX_LINE, Link, read_lines, read_samples
+from feeler.tables import parse_table
 from feeler.tensors.formats import _read_model, load, save, save_model
 from feeler.tensors.schema import find_errors
 from feeler.tensors.store import read_store
-from feeler.tensors.table import parse_table
 from feeler.tensors.writers import restore
 
 from ._files import make_decoder, make_set

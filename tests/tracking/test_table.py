@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.tensors.table import find_times, parse_table, read_table
+from feeler.tables import find_times, parse_table, read_table
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])

@@ -29,8 +29,8 @@ from feeler.experiments.mechanics import hold
 from feeler.files import read_start
 from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.records import Ge, Gt, Len, Record, Shown, Unit
+from feeler.tables import find_times, read_table, sniff_columns, split_unit
 from feeler.tensors.formats import PLAIN_TABLES, START, Format
-from feeler.tensors.table import find_times, read_table, sniff_columns, split_unit
 from feeler.tracking import Tracks, load_tracks
 from feeler.validation import checked
 

@@ -17,7 +17,7 @@ from feeler.calibration.problem import Protocol
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.records import ALLOW_NAN, Choice, Gt, Record, freeze
-from feeler.tensors.table import (
+from feeler.tables import (
     ROW,
     TIME_UNITS,
     Table,

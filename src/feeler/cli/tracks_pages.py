@@ -239,7 +239,7 @@ def _save_contacts(out: Path, names: list[str], touched: list[Any]) -> None:
 
 def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     """Animal and group of each file, by a table with columns file, animal and group."""
-    from feeler.tensors.table import read_table
+    from feeler.tables import read_table
 
     sheet = read_table(path, words=("file", "animal", "group"))
     table = {name.lower(): texts.tolist() for name, texts in sheet.words.items()}

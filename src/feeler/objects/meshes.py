@@ -25,7 +25,7 @@ _MAX_CORNERS = 5000  # [C]
 
 class Mesh(Feature):
     """Convex solids, each the hull of its corners and grown by ``rounding``; only antennae in space
-    meet it. Without a name it is called after its corners.
+    meet it. Without a name it is called after its extent.
 
     Attributes
     ----------

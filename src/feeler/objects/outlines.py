@@ -26,7 +26,7 @@ _FARTHEST = 1e6  # [C] mm; whatever an antenna meets is nearer than a kilometre
 
 
 class Outline(Prism):
-    """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
+    """Any simple polygon, grown by ``rounding``; without a name it is called after its extent.
 
     Attributes
     ----------
@@ -315,7 +315,7 @@ def _tidy(corners: np.ndarray) -> np.ndarray:
 
 
 def _read_csv(path: str) -> tuple[_Paths, float | None]:
-    from feeler.tensors.table import parse_table, split_unit
+    from feeler.tables import parse_table, split_unit
 
     table = parse_table(read_text(path, _MAX_BYTES), source="table", bare=("x", "y"))
     named = [split_unit(name) for name in table.columns]

@@ -25,9 +25,9 @@ from feeler.robot.sensors import (
 )
 from feeler.robot.stream import unwrap_clock
 from feeler.sandbox import Limits
+from feeler.tables import TIME_UNITS, Table, find_times, read_table, sniff_columns
 from feeler.tensors.bags import choose_names, describe_bag, find_bag, read_bag, sort_names
 from feeler.tensors.formats import Format
-from feeler.tensors.table import TIME_UNITS, Table, find_times, read_table, sniff_columns
 from feeler.validation import checked
 
 # Recordings: what a robotic antenna's electronics wrote, as it is; repair is another step.

@@ -14,7 +14,7 @@ from sklearn.isotonic import IsotonicRegression
 from feeler.errors import InvalidInput
 from feeler.files import make_record, parse_json, read_bytes, writing
 from feeler.records import ALLOW_NAN, Record
-from feeler.tensors.table import MAX_BYTES, TIME_UNITS, find_times, read_table
+from feeler.tables import MAX_BYTES, TIME_UNITS, find_times, read_table
 from feeler.validation import Choice, checked
 
 # Sensor calibration: from what a sensor reads (capacitance, voltage, counts) to its hinge's

@@ -25,9 +25,9 @@ from feeler.records import Choice, Gt, Shown
 from feeler.sandbox import open_guarded
 from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, find_step
 from feeler.spikes.trains import attach_trains, count_spikes
+from feeler.tables import TIME_UNITS, find_times, is_numeral, read_table, sniff_columns
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
-from feeler.tensors.table import TIME_UNITS, find_times, is_numeral, read_table, sniff_columns
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
 

@@ -20,8 +20,8 @@ from feeler.files import NAME, parse_json, read_start, sniff_file_type, write_at
 from feeler.provenance import to_jsonable
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
+from feeler.tables import Table, read_table, sniff_columns
 from feeler.tensors.schema import find_errors, raise_if_invalid
-from feeler.tensors.table import Table, read_table, sniff_columns
 from feeler.tensors.writers import (
     MAGIC,
     restore,

@@ -13,9 +13,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.files import read_start, read_text
 from feeler.sandbox import open_guarded
-from feeler.tensors.formats import HDF5
-from feeler.tensors.readers import TRAINING_LABELS
-from feeler.tensors.table import (
+from feeler.tables import (
     MAX_BYTES,
     TIME_UNITS,
     Heading,
@@ -26,6 +24,8 @@ from feeler.tensors.table import (
     parse_table,
     split_line,
 )
+from feeler.tensors.formats import HDF5
+from feeler.tensors.readers import TRAINING_LABELS
 
 # The clock of a film: frame rate from times, and frames that a file leaves out.
 

@@ -16,9 +16,9 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.records import ALLOW_NAN, Choice, Ge, Gt, Le, Len, Record, Unit, show_html
 from feeler.sandbox import Limits
+from feeler.tables import Table, sniff_columns
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
-from feeler.tensors.table import Table, sniff_columns
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
 from feeler.tracking.trackers import (
     LENGTHS,
