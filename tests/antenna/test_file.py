@@ -3,13 +3,14 @@ key.
 """
 
 import os
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feeler.antenna import Antenna, Exponential
+from feeler.antenna import PROFILES, Antenna, Exponential
 from feeler.antenna.animals import PROFILE_NAMES, cockroach
 from feeler.antenna.files import (
     FILE_UNITS,
@@ -103,6 +104,16 @@ def test_units_profiles_and_single_values_are_understood():
     np.testing.assert_array_equal(file.antenna.damping, np.full(3, 2.0))
     assert file.antenna.sensors.tolist() == [1, 3]
     assert file.sources == {"stiffness": Source(tag="P")}
+
+
+@pytest.mark.parametrize("kind", PROFILES)
+def test_every_profile_is_read_from_a_file(kind):
+    numbers = {item.name: 0.3 + k for k, item in enumerate(fields(PROFILES[kind]))}
+    said = f'profile = "{kind}"\n' + "".join(f"{k} = {v}\n" for k, v in numbers.items())
+    text = GOOD.replace('profile = "exponential"\nbase = 37.78\nrate = -0.0827\n', said)
+    np.testing.assert_array_equal(
+        parse_antenna(text).antenna.stiffness, PROFILES[kind](**numbers).sample(3)
+    )
 
 
 @pytest.mark.parametrize(("name", "units"), FILE_UNITS.items())

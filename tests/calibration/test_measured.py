@@ -203,6 +203,20 @@ def test_loads_at_several_places_keep_their_signs(tmp_path, sign):
     assert found.p[1] == pytest.approx(0, abs=0.02)  # no tilt
 
 
+@pytest.mark.parametrize("zero", [0.0, 0.4, -0.7])
+def test_deflections_with_another_zero_give_the_same_stiffness_and_say_so(zero):
+    antenna = Antenna.from_beam(
+        length=20.0, radius=0.2, modulus=1000.0, density=1e-3, n_segments=8, damping_time=1.0
+    )
+    moved = np.linspace(0.0, 3.0, 8)
+    force = 1.4 * compute_force(antenna, moved, 8.0)
+    curve = ForceCurve(deflection=moved + zero, force=force, at=8.0)
+    fit = fit_measurements([Measurements(forces=(curve,))], antenna)
+    assert fit.p[0] == pytest.approx(1.4, rel=1e-3)
+    assert [*fit.zero.values()] == pytest.approx([zero] if zero else [], rel=1e-3)
+    assert ("neither begin nor end at 0" in " ".join(fit.describe())) is (zero != 0)
+
+
 @pytest.mark.parametrize(("factor", "asked"), [(1 / 160, True), (1 / 20, False), (1e3, True)])
 def test_a_stiffness_of_another_unit_is_questioned(factor, asked):
     antenna = Antenna.from_beam(
@@ -248,6 +262,7 @@ def test_large_deflections_stiffen_as_the_statics_say():
             [(0, 0), (1, 1), (2, 2)],
             "'force_lb' does not say its unit",
         ),
+        ("deflection_um,force_uN,load_g", [(0, 0, 0), (1, 1, 2)], "which of force_uN, load_g"),
         ("deflection_um,volts_V", [(0, 0), (1, 1), (2, 2)], "no column force with its unit"),
         ("deflection_um,force_uN", [(0, 0), (1, 4), (2, 1), (3, 5)], "not monotone: near"),
         ("deflection_um,force_uN", [(0, 1), (1, 1), (2, 1)], "the force never changes"),

@@ -62,6 +62,17 @@ def test_one_animal_has_an_interval_from_its_residuals():
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
 
 
+def test_a_trace_is_no_clock_and_times_come_before_frames(tmp_path):
+    time = np.arange(90.0)
+    moved = 8 * np.exp(-time / 25) * np.cos(2 * np.pi * time / 22)
+    rows = "".join(f"{k:g},{k / 1e3:g},{y:.6f}\n" for k, y in zip(time, moved, strict=True))
+    (tmp_path / "t.csv").write_text("frame,Time (s),a\n" + rows)
+    found = load_traces(tmp_path / "t.csv")
+    assert found.names == ("a",) and found.time[-1] == pytest.approx(89.0)
+    with pytest.raises(InvalidInput, match="holds times"):
+        load_traces(tmp_path / "t.csv", frame_rate=500)
+
+
 def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
     made = make_synthetic_traces(
         make_small(),

@@ -15,8 +15,8 @@ from feeler import Outline
 from feeler.antenna.files import load_antenna
 from feeler.errors import InvalidInput
 from feeler.sandbox import Limits, open_guarded
+from feeler.tables import parse_table
 from feeler.tensors.formats import load, save
-from feeler.tensors.table import parse_table
 
 from . import _hostile
 from ._files import make_set

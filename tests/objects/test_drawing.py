@@ -21,9 +21,12 @@ def write_svg(path, inside, page=PAGE):
 
 def test_every_format_gives_the_same_plate(tmp_path):
     (tmp_path / "a.csv").write_text("x,y\n0,-1\n4,-1\n4,1\n0,1\n")
+    (tmp_path / "cm.csv").write_text("# plate\ny_cm;x_cm\n-0,1;0\n-0,1;0,4\n0,1;0,4\n0,1;0\n")
+    (tmp_path / "bare.csv").write_text("0,-1\n4,-1\n4,1\n0,1\n")
     write_svg(tmp_path / "a.svg", RECTANGLE)
     plates = [
-        Outline.from_file(tmp_path / f"a.{ending}", name="plate") for ending in ("csv", "svg")
+        Outline.from_file(tmp_path / file, name="plate")
+        for file in ("a.csv", "cm.csv", "bare.csv", "a.svg")
     ]
     for plate in plates:
         assert {tuple(corner) for corner in np.round(plate.vertices, 12)} == {
@@ -88,8 +91,10 @@ def test_drawings_without_one_outline_are_refused(tmp_path, inside, page, option
 @pytest.mark.parametrize(
     ("name", "text", "match"),
     [
-        ("a.csv", "0,0\n1,1,2\n", "two columns"),
-        ("a.csv", "0,0\n1,one\n2,2\n", "cannot be read as a CSV"),
+        ("a.csv", "0,0\n1,1,2\n", "line 2: 3 cells where the header has 2"),
+        ("a.csv", "0,0\n1,one\n2,2\n", "line 2, column 'y': 'one' is no finite number"),
+        ("a.csv", "x,y,z\n0,0,1\n", "two columns, x and y"),
+        ("a.csv", "x_mm,y_cm\n0,0\n", "in mm or as their names say"),
         ("a.csv", "0,0\n1,1\n", "3 to 1000 points"),
         ("a.csv", "x,y\n0,0\n1,nan\n2,2\n", "not finite, number 2: 1 nan"),
         ("a.png", "", "none of .svg, .csv"),

@@ -175,6 +175,20 @@ def test_a_box_in_space_is_as_deep_as_it_is_told():
     assert Box(**{k: v for k, v in box.to_plain().items() if k != "kind"}) == box
 
 
+def test_the_gap_to_a_turned_box_is_that_of_its_faces():
+    """Also where the nearest place is on the diagonal that parts a face in two triangles."""
+    rng = np.random.default_rng(3)
+    half, share = np.array([0.5, 0.7, 0.3]), np.linspace(0, 1, 4001)[:, None]
+    corners = np.array(np.meshgrid(*zip(-half, half, strict=True))).reshape(3, -1).T
+    for _ in range(60):
+        turn = np.linalg.qr(rng.normal(0, 1, (3, 3)))[0]
+        ends = rng.normal(0, 1, (2, 3))
+        places = ends[0] + share * (ends[1] - ends[0])
+        gap = np.linalg.norm(np.maximum(np.abs(places) - half, 0), axis=1).min()
+        found = find_gap(ends @ turn, np.array([0.1]), *make_hull(corners @ turn))
+        assert found == pytest.approx(gap - 0.1, abs=1e-3) if gap else found <= -0.1
+
+
 def test_a_shape_without_depth_has_no_solid():
     with pytest.raises(InvalidInput, match="half_length must be > 0 mm"):
         Box(half_width=1, half_height=1, half_length=0.0)

@@ -131,6 +131,8 @@ def test_labels_default_to_the_kind_and_tell_outlines_apart():
     first, second = Outline(vertices=HOOK), Outline(vertices=[(x, y + 0.01) for x, y in HOOK])
     assert first.size == pytest.approx(second.size)
     assert first.name != second.name
+    sides = " x ".join(f"{side:.3g}" for side in np.ptp(first.vertices, axis=0))
+    assert first.name.startswith(f"outline {sides} mm (")
     assert replace(first, vertices=second.vertices).name == second.name
     assert (
         Outline(vertices=HOOK, name="hook").name == replace(first, name="hook").name == "hook"

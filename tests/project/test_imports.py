@@ -15,7 +15,7 @@ LAYERS = (
     {"validation"},
     {"records", "draw", "sandbox", "compiled"},
     {"files"},
-    {"provenance"},
+    {"provenance", "tables"},
     {"antenna"},
     {"objects"},
     {"execute"},

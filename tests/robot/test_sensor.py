@@ -100,7 +100,8 @@ def test_table_file_units_and_name(tmp_path):
     assert (fit.robot, fit.unit) == ("A", "pF")
     (tmp_path / "t.csv").write_text("hinge,angle,capacitance_pF\n1,2,3\n")
     with pytest.raises(
-        InvalidInput, match="no angle column; valid: angle_rad, angle_mrad, angle_deg"
+        InvalidInput,
+        match="'angle' does not say its unit",
     ):
         load_calibration_table(tmp_path / "t.csv")
 

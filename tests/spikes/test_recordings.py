@@ -109,6 +109,28 @@ def test_a_wrong_unit_of_time_is_questioned(tmp_path, head, factor, words):
         )
 
 
+@pytest.mark.parametrize("head", ["unit,time_s", "id;spike time (s)", "unit,time\n,s"])
+def test_units_are_told_by_any_heading_and_ids_are_whole(tmp_path, head):
+    rows = [(1, 0.1), (2, 0.15), (1, 0.32), (1, 0.4)]
+    text = "\n".join(f"{unit}.0,{time}" for unit, time in rows)
+    (tmp_path / "s.csv").write_text(
+        (head + "\n" + text).replace(",", ";" if ";" in head else ",")
+    )
+    trains = read_trains(tmp_path / "s.csv")
+    assert {name: train.tolist() for name, train in trains.items()} == {
+        "1": pytest.approx([100, 320, 400]),
+        "2": pytest.approx([150]),
+    }
+
+
+def test_the_clock_of_a_recording_is_no_train(tmp_path):
+    (tmp_path / "r.csv").write_text(
+        "time_ms,hinge1_deg\n" + "".join(f"{k},1\n" for k in range(50))
+    )
+    with pytest.raises(InvalidInput, match="1 ms apart, all of them"):
+        read_trains(tmp_path / "r.csv")
+
+
 def test_a_folder_that_is_not_phy_s_and_onsets_in_seconds_are_named(tmp_path):
     with pytest.raises(InvalidInput, match=r"lacks spike_times\.npy"):
         read_trains(tmp_path)

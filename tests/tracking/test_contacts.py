@@ -265,6 +265,56 @@ def test_a_sheet_makes_groups_of_animals_and_lacking_columns_are_named(tmp_path)
     assert "no column 'group'" in str(refused.exception)
 
 
+def test_a_film_with_too_few_frames_counts_in_no_mean_nor_group(tmp_path):
+    walks = [write_walk(tmp_path / f"w{k}.csv", late=20.0 * k) for k in range(3)]
+    holes = pd.read_csv(walks[2])
+    holes.loc[100:240, ["left_tip_x", "left_tip_y"]] = np.nan
+    holes.to_csv(walks[2], index=False)
+    sheet = tmp_path / "sheet.csv"
+    sheet.write_text("file,group\nw0.csv,x\nw1.csv,x\nw2.csv,x\n")
+    asked = (*walks, "--frame-rate", 200, "--sheet", sheet)
+    assert "lack too many frames for a mean: w2.csv" in run(*asked)
+    found = json.loads(run(*asked, "--json"))
+    assert found["mean"] is None and found["groups"]["left_out"] == ["w2.csv"]
+    assert [row["n"] for row in found["groups"]["table"]] == [2]
+
+
+def test_a_wall_is_where_the_file_has_it_whatever_it_calls_the_first_pixel(tmp_path):
+    """DLTdv counts pixels from 1: the same film and wall, each in its own file's numbers."""
+    walk = pd.read_csv(write_walk(tmp_path / "walk.csv"))
+    marks = ("left_tip", "right_tip", "head", "abdomen")
+    columns = [f"{name}_{axis}" for name in marks for axis in "xy"]
+    own = (walk[columns] + 1).set_axis(
+        [f"pt{k}_cam1_{axis}" for k in (1, 2, 3, 4) for axis in "XY"], axis=1
+    )
+    own.to_csv(tmp_path / "xypts.csv", index=False)
+    found = [
+        json.loads(
+            run(
+                tmp_path / name, "--frame-rate", 200, "--contact", wall, "--within", 4, "--json"
+            )
+        )
+        for name, wall in (("walk.csv", "394,100,394,400"), ("xypts.csv", "395,101,395,401"))
+    ]
+    first, second = ([c["first_frame"] for c in one["trials"][0]["contacts"]] for one in found)
+    assert len(first) == 10 and first == second
+
+
+def test_a_posture_leaves_out_places_that_cannot_be_and_says_so(tmp_path):
+    walk = pd.read_csv(write_walk(tmp_path / "walk.csv"))
+    walk.loc[50, "left_tip_y"] += 200.0
+    walk.to_csv(tmp_path / "jump.csv", index=False)
+    asked = ("--frame-rate", 200, "--points", "abdomen,head,left_tip", "--json")
+    whole, jump, kept = (
+        json.loads(run(tmp_path / name, *asked, *more))[0]
+        for name, *more in (("walk.csv",), ("jump.csv",), ("jump.csv", "--outliers", "keep"))
+    )
+    assert jump["largest_bend"] == pytest.approx(whole["largest_bend"])
+    assert jump["whole"] == 399 and jump["left_out"] == {"left_tip jumps": 1}
+    assert kept["largest_bend"] != pytest.approx(whole["largest_bend"], rel=0.05)
+    assert not (kept["left_out"] or whole["left_out"])
+
+
 def test_a_contact_of_a_signal_bridges_a_flicker_and_may_last_to_the_end():
     force = np.zeros(100)
     force[10:20] = force[25:30] = force[80:] = 1.0

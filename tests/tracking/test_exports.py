@@ -74,6 +74,42 @@ def test_a_centroid_in_cm_is_in_mm_and_columns_named_twice_are_read(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("head", "unit", "factor"),
+    [
+        ("tip_x,tip_y,head_x,head_y", "px", 1),
+        ("tip,,head,\nx,y,x,y", "px", 1),
+        ("tip_x,tip_y,head_x,head_y\npx,px,px,px", "px", 1),
+        ("tip_x,tip_y,head_x,head_y\num,um,um,um", "mm", 1e-3),
+        ("tip_x (mm),tip_y (mm),head_x (mm),head_y (mm)", "mm", 1),
+    ],
+)
+def test_headings_of_two_rows_and_units_of_places_mean_what_they_say(
+    tmp_path, head, unit, factor
+):
+    rows = np.random.default_rng(0).uniform(1, 9, (12, 4)).round(3)
+    text = "\n".join(",".join(map(str, row)) for row in rows.tolist())
+    (tmp_path / "t.csv").write_text(f"{head}\n{text}\n")
+    found = load_tracks(tmp_path / "t.csv", frame_rate=100)
+    assert found.landmarks == ("tip", "head") and found.unit == unit
+    places = rows.reshape(12, 2, 2) * factor * [1, -1]
+    np.testing.assert_allclose(found.position, places)
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("tip_x,tip_y,tip_x,tip_y", "two columns are called 'tip_x', with other numbers"),
+        ("tip_x (mm),tip_y (mm),a_x (cm),a_y (cm)", "places are in cm, mm; give all in px"),
+        ("tip_x (inch),tip_y (inch),a,b", "places are in inch"),
+    ],
+)
+def test_places_that_two_columns_or_units_claim_are_refused(tmp_path, head, words):
+    (tmp_path / "t.csv").write_text(head + "\n1,2,3,4" * 12 + "\n")
+    with pytest.raises(InvalidInput, match=words):
+        load_tracks(tmp_path / "t.csv", frame_rate=100)
+
+
 @pytest.mark.parametrize("options", [{}, {"sep": ";", "decimal": ","}])
 def test_a_long_table_in_any_order_is_one_animal_at_a_time(tmp_path, options):
     path = write_long(tmp_path / "long.csv", **options)

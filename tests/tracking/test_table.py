@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.tensors.table import parse_table, read_table
+from feeler.tables import find_times, parse_table, read_table
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
@@ -100,6 +100,13 @@ def test_binary_and_oversized_files(tmp_path):
         ("# source: robot\n# a b\n1 2\n3 4\n", ("a", "b"), [[1, 2], [3, 4]]),
         ('"a, of two",b\n1,2\n', ("a, of two", "b"), [[1, 2]]),
         ("%time,b\n1,2\n", ("%time", "b"), [[1, 2]]),
+        ("f,tip,,a\n,x,y,x\n0,1,2,3\n", ("f", "tip_x", "tip_y", "a_x"), [[0, 1, 2, 3]]),
+        ("time_ms,b\nms,µN\n1,2\n", ("time_ms", "b (µN)"), [[1, 2]]),
+        ("a,b,,\n1,2,,\n", ("a", "b"), [[1, 2]]),
+        ("a,b\n#N/A,1\n.,n/a\n", ("a", "b"), [[np.nan, 1], [np.nan, np.nan]]),
+        ("t (s);x, px;y, px\n1;0,5;2\n", ("t (s)", "x, px", "y, px"), [[1, 0.5, 2]]),
+        ("Unnamed: 0,time,b\n0,1,2\n", ("row", "time", "b"), [[0, 1, 2]]),
+        ("sep=;\na;b\n1;2\n", ("a", "b"), [[1, 2]]),
     ],
     ids=[
         "commas",
@@ -111,12 +118,49 @@ def test_binary_and_oversized_files(tmp_path):
         "savetxt",
         "quotes",
         "ros",
+        "two rows of names",
+        "units twice",
+        "trailing delimiters",
+        "missing in words",
+        "commas in names",
+        "pandas' index",
+        "Excel's sep",
     ],
 )
 def test_tables_as_laboratories_write_them(text, columns, values):
     table = parse_table(text)
     assert table.columns == columns
     np.testing.assert_array_equal(table.values, values)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("time_ms", "ms"),
+        ("Time (s)", "s"),
+        ("Elapsed Time [us]", "us"),
+        ("time, s", "s"),
+        ("timestamp", ""),
+        ("seconds", "seconds"),
+        ("__time", "s"),
+        ("times", ""),
+        ("ts", None),
+        ("time_min", None),
+        ("s", None),
+    ],
+)
+def test_a_column_of_times_is_known_by_its_name_and_says_its_unit(name, unit):
+    assert find_times(["a", name]) == ({} if unit is None else {name: unit})
+    assert find_times(["onset_s", "on", "off"], "onset|on") == {"onset_s": "s", "on": ""}
+
+
+def test_a_table_of_words_keeps_its_first_line_as_names():
+    table = parse_table("file,animal,group\nu,a,x\nv,2,y\n", words=("file", "group"))
+    assert {name: texts.tolist() for name, texts in table.words.items()} == {
+        "file": ["u", "v"],
+        "animal": ["a", "2"],
+        "group": ["x", "y"],
+    }
 
 
 def test_lines_above_the_header_are_notes():
@@ -129,7 +173,7 @@ def test_columns_of_words_are_left_out_where_that_is_asked_for():
     with pytest.raises(InvalidInput, match="line 3, column 'who': 'ok' is no finite number"):
         parse_table(text)
     table = parse_table(text, words=True)
-    assert table.words == {"who": "ok"}
+    assert [*table.words] == ["who"] and table.words["who"].tolist() == ["", "ok", "7"]
     np.testing.assert_array_equal(
         table.values, [[1, np.nan, 2], [3, np.nan, 4], [5, np.nan, 6]]
     )

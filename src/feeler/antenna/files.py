@@ -367,6 +367,7 @@ class _Reader:
         """The values of one plane, and the formula that gave them."""
         factor = self.unit(name, table, FILE_UNITS[name])
         forms = [key for key in ("value", "values", "profile", "formula") if key in table]
+        forms = ["profile"] if "profile" in forms else forms  # which may have a value itself
         if len(forms) != 1:
             self.fail(
                 name,

@@ -15,7 +15,7 @@ from feeler.analysis import measure_deflection_ratios
 from feeler.antenna import Antenna, compute_modes
 from feeler.calibration.fitting import EigenParameters, decompose
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.measurements import Film, ForceCurve, compute_force
+from feeler.calibration.measurements import STEEP, Film, ForceCurve, compute_force
 from feeler.calibration.problem import Protocol
 from feeler.calibration.traces import (
     LATE,
@@ -46,6 +46,7 @@ _LEAST = (
 _LEAST_RATIO = 0.01  # [C] of an impulse's deflection ratio
 _HEAVY = 2.0  # [C] factor on the mass that is questioned
 _STIFF = 30.0  # [C] the same of the stiffness, of which a modulus is a first guess only
+_AT_ZERO = 0.02  # [C] of a curve's deflections, by which their end may miss 0 and 0 be at rest
 _ROUNDS = 3  # fits, with the noise of each measurement taken from the fit before
 _MAX_STEPS = 30
 _BAD = 0.15  # [C] relative residual, beyond which another start is tried
@@ -146,6 +147,9 @@ class MeasurementFit(Shown):
         Parameters that were not fitted, and what measurement would determine them.
     residual : dict[str, float]
         Root mean square of what is left of each measurement, as a share of its largest value.
+    zero : dict[str, float]
+        Fitted deflection at which the antenna rests [mm], of each force curve that neither begins
+        nor ends at a deflection of 0.
     directions : EigenParameters
         Combinations that the first animal's measurements determine best and least.
     protocol : Protocol
@@ -165,6 +169,7 @@ class MeasurementFit(Shown):
     interval: str
     held: dict[str, str]
     residual: dict[str, float]
+    zero: dict[str, float]
     directions: EigenParameters
     start: Antenna
     protocol: Protocol
@@ -172,7 +177,7 @@ class MeasurementFit(Shown):
     def to_plain(self) -> dict[str, Any]:
         """The numbers as plain data, without the antennas."""
         names = ("names", "animals", "each", "p", "low", "high", "determined", "interval")
-        plain = {name: getattr(self, name) for name in (*names, "held", "residual")}
+        plain = {name: getattr(self, name) for name in (*names, "held", "residual", "zero")}
         plain["protocol"] = self.protocol.to_plain()
         return plain | {"means": {name: _FACTORS[name] for name in self.names}}
 
@@ -193,6 +198,11 @@ class MeasurementFit(Shown):
                     f"the antenna is {p:.3g} times as stiff as the first guess: are its modulus,"
                     " the frame rate, and the units of force and deflection right?"
                 )
+        lines += [
+            f"{name}: its deflections neither begin nor end at 0, so where the antenna rests is"
+            f" fitted too: at {value:.4g} mm"
+            for name, value in self.zero.items()
+        ]
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
 
 
@@ -278,7 +288,8 @@ def fit_measurements(
 
     Each measurement weighs by its own noise: of a first fit's residuals, corrected for how much
     neighbouring residuals agree, and at least 0.5 % of its largest value [C]. Of releases one
-    amplitude and the moment of release are free, of force curves the force at rest.
+    amplitude and the moment of release are free, of force curves the force at rest and, where the
+    deflections neither begin nor end at 0, the deflection at rest.
 
     Parameters
     ----------
@@ -316,7 +327,7 @@ def fit_measurements(
         for done, animal in enumerate(animals, 1):
             found.append(_fit_animal(animal, hinges, protocol))
             advance(done, len(animals))
-    searched, covariances, jacobians, lefts, sizes = zip(*found, strict=True)
+    searched, covariances, jacobians, lefts, sizes, zeros = zip(*found, strict=True)
     xs = np.array(searched)
     middle = xs.mean(axis=0)
     own = np.sqrt(np.mean([np.diag(one) for one in covariances], axis=0) / len(found))
@@ -329,9 +340,10 @@ def fit_measurements(
         half = np.maximum(half, student.ppf(0.975, len(found) - 1) * spread)
         origin = f"the wider of spread of {len(found)} animals (Student's t) and of residuals"
     tall = np.log(_KNOWN)
-    residual = {
-        f"{a.name}: {k}": v for a, left in zip(animals, lefts, strict=True) for k, v in left
-    }
+    residual, zero = (
+        {f"{a.name}: {k}": v for a, row in zip(animals, rows, strict=True) for k, v in row}
+        for rows in (lefts, zeros)
+    )
     return MeasurementFit(
         antenna=hinges.build(hinges.to_p(middle)),
         names=tuple(chosen),
@@ -344,6 +356,7 @@ def fit_measurements(
         interval=origin,
         held=held,
         residual=residual,
+        zero=zero,
         directions=decompose(tuple(chosen), hinges.to_p(xs[0]), jacobians[0] * hinges.scale),
         start=antenna,
         protocol=protocol,
@@ -367,8 +380,9 @@ def fit_traces(traces: Traces, antenna: Antenna, **how: Any) -> MeasurementFit:
 @dataclass(kw_only=True)
 class _Block:
     """One measurement: what is left of it for several antennas (antenna, sample), as a share of
-    its largest value; ``free`` counts what is fitted of it alone, beside its own numbers in the
-    searched vector.
+    its largest value; ``free`` counts what is fitted of it alone. Its shift, where it has one
+    (least, first guess, most), is a number of its own in the searched vector; of a force it is the
+    zero of deflections over ``zero`` [mm].
     """
 
     name: str
@@ -377,22 +391,24 @@ class _Block:
     sd: np.ndarray
     least: float
     free: int = 0
-    shifts: bool = False
+    shift: tuple[float, float, float] | None = None
+    zero: float = 0.0
 
 
-_Found = tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[str, float]], int]
-"""An animal's searched vector, its covariance, the Jacobian, what is left of each measurement, and
-how many numbers were measured."""
+_Named = list[tuple[str, float]]
+_Found = tuple[np.ndarray, np.ndarray, np.ndarray, _Named, int, _Named]
+"""An animal's searched vector, its covariance, the Jacobian, what is left of each measurement, how
+many numbers were measured, and the zeros of deflections that were fitted [mm]."""
 
 
 def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Found:
     if animal.deflection is not None:
         protocol = protocol.replace(deflection=animal.deflection)
     blocks = _make_blocks(animal, hinges, protocol)
-    n, late = len(hinges.names), [block for block in blocks if block.shifts]
+    n, late = len(hinges.names), [block for block in blocks if block.shift]
+    ends = np.array([block.shift for block in late]).reshape(-1, 3)
     low, high = (
-        np.concatenate([bound, np.full(len(late), end)])
-        for bound, end in zip(hinges.bounds, LATE, strict=True)
+        np.append(bound, end) for bound, end in zip(hinges.bounds, ends[:, ::2].T, strict=True)
     )
     scale = np.concatenate([hinges.scale, np.ones(len(late))])
 
@@ -419,7 +435,7 @@ def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Fo
     def search(start: np.ndarray) -> Any:
         return least_squares(
             residual,
-            np.clip(np.append(start, np.full(len(late), 0.5)), low + 1e-9, high - 1e-9),
+            np.clip(np.append(start, ends[:, 1]), low + 1e-9, high - 1e-9),
             jac=jacobian,
             bounds=(low, high),
             x_scale=scale,
@@ -448,12 +464,14 @@ def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Fo
     whole = np.linalg.pinv(best.jac.T @ best.jac)
     names = [block.name for block in blocks]
     left = list(zip(names, measure_left(best.x), strict=True))
+    shifts = zip(late, best.x[n:], strict=True)
     return (
         best.x[:n],
         whole[:n, :n],
         project(best.jac[:, :n], best.jac[:, n:]),
         left,
         size,
+        [(block.name, float(x * block.zero)) for block, x in shifts if block.zero],
     )
 
 
@@ -502,16 +520,23 @@ def _make_release(label: str, traces: Traces, protocol: Protocol) -> _Block:
         sd=sd,
         least=1e-4,
         free=1 + traces.found,
-        shifts=traces.found,
+        shift=(LATE[0], 0.5, LATE[1]) if traces.found else None,
     )
 
 
 def _make_force(label: str, curve: ForceCurve) -> _Block:
-    largest = float(np.ptp(curve.force))
+    largest, span = float(np.ptp(curve.force)), float(np.ptp(curve.deflection))
+    ends = np.array([curve.deflection.min(), curve.deflection.max()]) / span
+    nearest = float(ends[np.abs(ends).argmin()])
+    begin = nearest if ends[0] * ends[1] > 0 else 0.0  # it begins near contact
+    unknown = abs(nearest) > _AT_ZERO
+    most = STEEP * curve.at / span
+    reach = (max(begin - 1.0, ends[1] - most), begin, min(begin + 1.0, ends[0] + most))
 
-    def compute(antennas: Sequence[Antenna], _: np.ndarray) -> np.ndarray:
+    def compute(antennas: Sequence[Antenna], shift: np.ndarray) -> np.ndarray:
         left = [
-            compute_force(one, curve.deflection, curve.at) - curve.force for one in antennas
+            compute_force(one, curve.deflection - span * zero, curve.at) - curve.force
+            for one, zero in zip(antennas, shift, strict=True)
         ]
         left = [one - one.mean() for one in left]  # the force at rest
         return np.array(left) / largest
@@ -522,7 +547,9 @@ def _make_force(label: str, curve: ForceCurve) -> _Block:
         seen=np.ones(curve.force.size, bool),
         sd=np.array([0.02]),
         least=1e-3,
-        free=1,
+        free=1 + unknown,
+        shift=reach if unknown else None,
+        zero=span if unknown else 0.0,
     )
 
 

@@ -2,7 +2,6 @@
 segments under the microscope and force against deflection.
 """
 
-import re
 import warnings
 from collections.abc import Iterable, Sequence
 from functools import cached_property
@@ -10,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import pandas as pd
 from scipy.interpolate import CubicSpline
 from sklearn.isotonic import isotonic_regression
 
@@ -23,61 +21,24 @@ from feeler.calibration.traces import (
     bridge,
     cut_at_release,
     find_rest,
+    load_traces,
     read_place,
 )
 from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning, suggest
 from feeler.experiments.mechanics import hold
+from feeler.files import read_start
 from feeler.physics.equilibrium import compute_point, solve_static
 from feeler.records import Ge, Gt, Len, Record, Shown, Unit
-from feeler.tensors.table import Table, read_table
+from feeler.tables import find_times, read_table, sniff_columns, split_unit
+from feeler.tensors.formats import PLAIN_TABLES, START, Format
 from feeler.tracking import Tracks, load_tracks
 from feeler.validation import checked
 
 # Columns by name and unit: length_um, force (mN), diameter [µm].
 
 _LENGTHS = {**BEAM_UNITS["length"], "nm": 1e-6}
+_DEFLECTION, _FORCE = ("deflection", "displacement"), ("force", "load")
 _FORCES = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9, "g": 9.80665e-3, "mg": 9.80665e-6}
-_COLUMN = re.compile(
-    r"(?P<name>.*?)(?:[\s_]*[\[(](?P<in>[^\])]*)[\])]|[\s_](?P<bare>[^\s_]+))?"
-)
-
-
-def _find_column(
-    table: Table, names: Sequence[str], units: dict[str, float], *, needed: bool = True
-) -> np.ndarray | None:
-    """Values (row,) of the column of one of these names, in feeler's unit; None where there is none
-    and none is needed.
-
-    Raises
-    ------
-    InvalidInput
-        No such column, one without a unit or with an unknown one, or an empty cell.
-    """
-    valid = ", ".join(f"{names[0]}_{unit.replace('µ', 'u')}" for unit in list(units)[:4])
-    for column in table.columns:
-        match = _COLUMN.fullmatch(column.strip())
-        name = column if match is None else match["name"].strip().replace(" ", "_")
-        if not {name.lower(), name.lower().removesuffix("s"), column.lower()} & {*names}:
-            continue
-        unit = "" if match is None else match["in"] or match["bare"] or ""
-        unit = re.sub(r"^[uμ](?=[mN])", "µ", unit.strip())
-        if unit not in units:
-            raise InvalidInput(
-                f"{table.source}: column {column!r} does not say its unit. Call it {valid}."
-            )
-        values = table.column(column)
-        if np.isnan(values).any():
-            line = int(table.line[np.argmax(np.isnan(values))])
-            raise InvalidInput(
-                f"{table.source} line {line}: {column} is empty. Fill it in, or leave the row out."
-            )
-        return units[unit] * values
-    if needed:
-        raise InvalidInput(
-            f"{table.source}: no column {names[0]} with its unit ({valid}); its columns are"
-            f" {', '.join(table.columns[:12])}."
-        )
-    return None
 
 
 # Segments under the microscope.
@@ -120,10 +81,9 @@ def load_microscope(
     named = next((name for name in table.columns if name.lower() in ("segment", "number")), "")
     if named and named not in table.words:
         order = np.argsort(table.column(named), kind="stable")
-    diameter = _find_column(table, ("diameter", "width"), _LENGTHS, needed=False)
-    if diameter is None:
-        diameter = 2 * np.asarray(_find_column(table, ("diameter", "radius"), _LENGTHS))
-    radius = diameter[order] / 2
+    wide = table.find_quantity(("diameter", "width"), _LENGTHS)
+    radius = wide[0] / 2 if wide else table.quantity(("diameter", "radius"), _LENGTHS)[0]
+    radius = radius[order]
     if len(radius) > 1 and radius[-1] > radius[0]:
         text = (
             f"{table.source}: the last row is thicker than the first: does the table begin at the"
@@ -138,11 +98,11 @@ def load_microscope(
         "name": Path(path).stem,
         **fields,
     }
-    place = _find_column(table, ("position", "distance", "x"), _LENGTHS, needed=False)
-    if place is None:
-        length = _find_column(table, ("length", "segment_length"), _LENGTHS)
-        return Antenna.from_beam(length=np.asarray(length)[order], radius=radius, **made)
-    place = place[order]
+    placed = table.find_quantity(("position", "distance", "x"), _LENGTHS)
+    if placed is None:
+        length = table.quantity(("length", "segment_length"), _LENGTHS)[0]
+        return Antenna.from_beam(length=length[order], radius=radius, **made)
+    place = placed[0][order]
     if place[0] < 0 or np.any(np.diff(place) <= 0):
         raise InvalidInput(
             f"{table.source}: positions must be distances from the base that rise, got"
@@ -162,7 +122,7 @@ _BACK = (
     0.1  # [C] share of the largest force by which a curve may fall while the deflection grows
 )
 _KNOTS = 9  # forces at which the model's deflection is solved
-_STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
+STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
 
 
 class ForceCurve(Shown, Record):
@@ -199,7 +159,7 @@ class ForceCurve(Shown, Record):
             raise InvalidInput(
                 f"{self.source}: the {what} never changes, so nothing is measured."
             )
-        if np.abs(self.deflection).max() > _STEEP * self.at:
+        if np.abs(self.deflection).max() > STEEP * self.at:
             raise InvalidInput(
                 f"{self.source}: deflections up to {np.abs(self.deflection).max():.4g} mm are too"
                 f" large for a point {self.at:.4g} mm from the base. Is the header's unit right (µm"
@@ -237,21 +197,19 @@ def load_forces(
     InvalidInput
         A column without a unit, no place, or a curve that is not monotone.
     """
-    table = read_table(path, words=True)
-    deflection = np.asarray(_find_column(table, ("deflection", "displacement"), _LENGTHS))
-    force = np.asarray(_find_column(table, ("force", "load"), _FORCES))
-    places = _find_column(table, ("at", "arm", "place"), _LENGTHS, needed=False)
-    if places is None:
-        if at is None:
-            raise InvalidInput(
-                f"{table.source} does not say where the force acts: give its distance from the base"
-                " in mm (at=), or a column at_mm."
-            )
-        places = np.full(len(table.values), at)
+    table = read_table(path, words=("animal",))
+    deflection, _ = table.quantity(_DEFLECTION, _LENGTHS)
+    force, _ = table.quantity(_FORCE, _FORCES)
+    placed = table.find_quantity(("at", "arm", "place"), _LENGTHS)
+    if placed is None and at is None:
+        raise InvalidInput(
+            f"{table.source} does not say where the force acts: give its distance from the base in"
+            " mm (at=), or a column at_mm."
+        )
+    places = placed[0] if placed else np.full(len(table.values), at)
     who = np.full(len(places), name or Path(path).stem)
     if "animal" in table.columns:
-        who = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)["animal"]
-        who = who.to_numpy(dtype=str)
+        who = table.words["animal"]
         if name not in ("", *who):
             raise InvalidInput(
                 f"{table.source}: no animal {name!r}; there are {', '.join(dict.fromkeys(who))}."
@@ -287,14 +245,14 @@ def load_forces(
     )
 
 
-def is_force_table(path: str | Path) -> bool:
-    """Whether a file is a table with a column of forces and one of deflections."""
+def is_force_table(path: str | Path, start: bytes | None = None) -> bool:
+    """Whether a file, which begins so, is a table with columns of forces and deflections."""
     try:
-        table = read_table(path, words=True)
+        columns = sniff_columns(read_start(path, START) if start is None else start)
     except FeelerError:
         return False
-    found = {re.split(r"[\s_\[(]", name.lower())[0] for name in table.columns}
-    return bool(found & {"force", "load"} and found & {"deflection", "displacement"})
+    found = {split_unit(name)[0].lower() for name in columns}
+    return bool(found & {*_FORCE} and found & {*_DEFLECTION})
 
 
 @checked
@@ -595,3 +553,55 @@ def join_films(films: Sequence[Film]) -> Traces:
         bridged=np.concatenate([part.bridged[:, :count] for part in parts]),
         names=tuple(names),
     )
+
+
+# What ``feeler info`` says of such tables.
+
+
+def _tell_traces(path: Path, limits: Any, trusted: bool) -> list[str]:
+    columns = read_table(path).columns
+    counted = "frame" in columns and not any(find_times(columns).values())
+    found = load_traces(
+        path, frame_rate=1e3 if counted else None, release="found" if counted else "first"
+    )
+    rate = " --frame-rate RATE" if counted else ""
+    clock = "frames" if counted else f"samples, 1 every {found.time[1]:.4g} ms"
+    return [
+        f"traces      {', '.join(found.names[:12])}",
+        f"since       the release: {found.time.size} {clock}",
+        f"next        feeler calibrate --data {path.name}{rate}",
+    ]
+
+
+def _tell_forces(path: Path, limits: Any, trusted: bool) -> list[str]:
+    curves = load_forces(path, at=1e9)
+    spans = [
+        f"{what:11} {min(ends):.4g} … {max(ends):.4g} [{unit}]"
+        for what, unit in (("deflection", "mm"), ("force", "N"))
+        for ends in [[f(getattr(one, what)) for one in curves for f in (min, max)]]
+    ]
+    return [
+        f"animals     {', '.join(dict.fromkeys(one.name for one in curves))}",
+        *spans,
+        f"next        feeler calibrate --data {path.name} --at MM --antenna ANTENNA",
+    ]
+
+
+def _tell_segments(path: Path, limits: Any, trusted: bool) -> list[str]:
+    found = load_microscope(path, modulus=1.0)
+    return [
+        f"segments    {found.n_segments}, {found.length:.4g} mm in all",
+        f"diameter    {2 * found.radius[0]:.4g} (base) … {2 * found.radius[-1]:.4g} mm",
+        f"next        feeler antenna NEW.toml --from {path.name} --modulus MPA",
+    ]
+
+
+_DETECT = PLAIN_TABLES["table"].detect
+CALIBRATION_FILES = {
+    words: Format(words=words, kind="traces", detect=detect, load=load, tell=list)
+    for words, detect, load in (
+        ("force against deflection", is_force_table, _tell_forces),
+        ("segments of an antenna", _DETECT, _tell_segments),
+        ("traces of released antennae", _DETECT, _tell_traces),
+    )
+}

@@ -1,5 +1,6 @@
 """Recorded free responses of several animals: read, cut at the release, measured, simulated."""
 
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -16,12 +17,18 @@ from feeler.calibration.problem import Protocol
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.records import ALLOW_NAN, Choice, Gt, Record, freeze
-from feeler.tensors.table import ROW, Table, parse_table, read_table
+from feeler.tables import (
+    ROW,
+    TIME_UNITS,
+    Table,
+    find_times,
+    parse_table,
+    read_table,
+)
 from feeler.validation import Count, checked
 
 # Recorded free responses: tip displacement of several animals over time, from a CSV file.
 
-_TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
 _EXAMPLE = "synthetic_step"
 MAX_GAP = 5  # [C] samples, as in tracks
 
@@ -157,8 +164,11 @@ def load_traces(
         raise InvalidInput(
             f"cannot read {path}: no such file. Give a CSV file, or {_EXAMPLE!r} for the example."
         )
-    time, column = _read_time(table, frame_rate)
-    names = tuple(name for name in table.columns if name not in (column, ROW))
+    time = _read_time(table, frame_rate)
+    beside = (*find_times(table.columns), "frame", ROW)
+    names = tuple(name for name in table.columns if name not in beside)
+    if channel := next((name for name in names if re.match(r"hinge\d", name)), None):
+        raise InvalidInput(f"{table.source} has a channel {channel!r} of a robot.")
     moved = table.values[:, [table.columns.index(name) for name in names]]
     bridged = np.isnan(moved)
     displacement = bridge(moved, max_gap, names, table.source).T
@@ -204,14 +214,14 @@ def bridge(
     return DataFrame(values).interpolate(method="pchip").to_numpy()
 
 
-def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]:
-    """Time [ms] of each row, and the column it came from."""
-    known = (*_TIME_UNITS, "frame")
-    column = next((name for name in table.columns if name in known), None)
+def _read_time(table: Table, frame_rate: float | None) -> np.ndarray:
+    """Time [ms] of each row."""
+    clocks = {name: unit for name, unit in find_times(table.columns).items() if unit}
+    column = next((name for name in (*clocks, "frame") if name in table.columns), None)
     if column is None or len(table.columns) < 2:
         raise InvalidInput(
-            f"{table.source} needs a column {' or '.join(known)} and one named column per animal;"
-            f" its header is {', '.join(table.columns[:12])}."
+            f"{table.source} needs a column time_ms or time_s or frame and one named column per"
+            f" animal; its header is {', '.join(table.columns[:12])}."
         )
     if (column == "frame") != (frame_rate is not None):
         raise InvalidInput(
@@ -222,8 +232,8 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
             )
         )
     if frame_rate is None:
-        return table.column(column) * _TIME_UNITS[column], column
-    return table.column(column) * (1000.0 / frame_rate), column
+        return table.column(column) * TIME_UNITS[clocks[column]]
+    return table.column(column) * (1000.0 / frame_rate)
 
 
 @checked

@@ -142,6 +142,7 @@ def calibrate(
 def _load_releases(said: SimpleNamespace, files: list[str]) -> tuple[Any, list[Any]]:
     """Traces of the releases in these files, and the films that they are of."""
     from feeler.calibration import join_films, load_film, load_traces
+    from feeler.cli.info import name_instead
 
     if said.points:
         points = [point.strip() for point in said.points.split(",")]
@@ -163,7 +164,7 @@ def _load_releases(said: SimpleNamespace, files: list[str]) -> tuple[Any, list[A
         )
         return traces, []
     except InvalidInput as error:
-        raise _name_landmarks(files[0]) or error from None
+        raise _name_landmarks(files[0]) or name_instead(files[0], "traces") or error from None
 
 
 def _name_landmarks(file: str) -> Exception | None:

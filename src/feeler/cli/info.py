@@ -9,7 +9,6 @@ Examples:
   feeler walkDLC.h5                                    a file alone asks the same
 """
 
-import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -92,6 +91,7 @@ def list_rooms() -> dict[str, Any]:
     """The formats that stand beside tensors' own: what designs, robots and trackers write, and
     tables that no verb reads as they are.
     """
+    from feeler.calibration.measurements import CALIBRATION_FILES
     from feeler.design.plan import DESIGN_FILES
     from feeler.robot.recordings import ROBOT_FILES
     from feeler.spikes.recordings import SPIKE_FILES
@@ -111,72 +111,5 @@ def list_rooms() -> dict[str, Any]:
         load=lambda path, limits, trusted: [f"next        open {find_page(path).name}"],
         tell=list,
     )
-    named = {**_name_traces(), "results": results, **PLAIN_TABLES}
-    return {**DESIGN_FILES, **SPIKE_FILES, **ROBOT_FILES, **TRACK_FILES, **named}
-
-
-def _name_traces() -> dict[str, Any]:
-    """Tables that ``feeler calibrate`` reads, by its own reader."""
-    from feeler.tensors.formats import PLAIN_TABLES, Format
-
-    def load(path: Path, limits: Any, trusted: bool) -> list[str]:
-        from feeler.calibration import load_traces
-        from feeler.tensors.table import read_table
-
-        columns = read_table(path).columns
-        if channel := next((name for name in columns if re.match(r"hinge\d", name)), None):
-            raise InvalidInput(f"{path.name} has a channel {channel!r} of a robot.")
-        counted = "frame" in columns and not {"time_ms", "time_s"} & {*columns}
-        found = load_traces(
-            path,
-            frame_rate=1e3 if counted else None,
-            release="found" if counted else "first",
-        )
-        rate = " --frame-rate RATE" if counted else ""
-        clock = "frames" if counted else f"samples, 1 every {found.time[1]:.4g} ms"
-        return [
-            f"traces      {', '.join(found.names[:12])}",
-            f"since       the release: {found.time.size} {clock}",
-            f"next        feeler calibrate --data {path.name}{rate}",
-        ]
-
-    def load_curves(path: Path, limits: Any, trusted: bool) -> list[str]:
-        from feeler.calibration import load_forces
-
-        curves = load_forces(path, at=1e9)
-        spans = [
-            f"{what:11} {min(ends):.4g} … {max(ends):.4g} [{unit}]"
-            for what, unit in (("deflection", "mm"), ("force", "N"))
-            for ends in [[f(getattr(one, what)) for one in curves for f in (min, max)]]
-        ]
-        return [
-            f"animals     {', '.join(dict.fromkeys(one.name for one in curves))}",
-            *spans,
-            f"next        feeler calibrate --data {path.name} --at MM --antenna ANTENNA",
-        ]
-
-    def load_segments(path: Path, limits: Any, trusted: bool) -> list[str]:
-        from feeler.calibration import load_microscope
-
-        found = load_microscope(path, modulus=1.0)
-        return [
-            f"segments    {found.n_segments}, {found.length:.4g} mm in all",
-            f"diameter    {2 * found.radius[0]:.4g} (base) … {2 * found.radius[-1]:.4g} mm",
-            f"next        feeler antenna NEW.toml --from {path.name} --modulus MPA",
-        ]
-
-    readers = {
-        "force against deflection": load_curves,
-        "segments of an antenna": load_segments,
-        "traces of released antennae": load,
-    }
-    return {
-        words: Format(
-            words=words,
-            kind="traces",
-            detect=PLAIN_TABLES["table"].detect,
-            load=reader,
-            tell=list,
-        )
-        for words, reader in readers.items()
-    }
+    tables = {**CALIBRATION_FILES, "results": results, **PLAIN_TABLES}
+    return {**DESIGN_FILES, **SPIKE_FILES, **ROBOT_FILES, **TRACK_FILES, **tables}

@@ -246,6 +246,7 @@ def _tell_recorded(said: Any) -> None:
     """Rates, intervals, latency and PSTH of recorded units, and how far the model is from them
     (recorded.html, .nc, .csv, psth.csv, recorded.png).
     """
+    from feeler.cli.info import name_instead
     from feeler.spikes import (
         Firing,
         compare_trains,
@@ -260,7 +261,8 @@ def _tell_recorded(said: Any) -> None:
         trains = read_trains(said.recorded, unit=said.time_unit)
         onsets, words = _find_onsets(said, trains)
     except InvalidInput as error:
-        raise InvalidInput(str(error).replace("unit=", "time_unit=")) from None
+        said_so = InvalidInput(str(error).replace("unit=", "time_unit="))
+        raise name_instead(said.recorded, "spikes") or said_so from None
     touches = model = None
     if said.touches is not None:
         touches = _make_touches(said)

@@ -132,7 +132,7 @@ def tracks(
         typer.Option(
             help=(
                 "what is touched: a landmark, X,Y, the ends of a wall X,Y,X,Y, the corners of a"
-                " region X,Y,X,Y,X,Y… [px, as in the film], or bend, with --points"
+                " region X,Y,X,Y,X,Y… [px, as in the file], or bend, with --points"
             )
         ),
     ] = "",
@@ -249,6 +249,9 @@ def tracks(
             "table": groups.table.to_dict("records"),
             "animals": groups.animals.to_dict("records"),
             **{name: getattr(groups, name) for name in ("test", "p", "difference")},
+            "left_out": [
+                name for name, few in zip(said.names, result.too_few, strict=True) if few
+            ],
         }
     say(said.as_json, found, _write_words(found))
     if said.out is not None:
@@ -519,6 +522,9 @@ def _list_groups(found: dict[str, Any]) -> list[str]:
     for row in groups["table"]:
         ends = "" if np.isnan(row["low"]) else f" ({row['low']:.2f} to {row['high']:.2f})"
         lines.append(f"  {row['group']}: {row['mean']:.2f} °/s{ends}, {row['n']} animal(s)")
+    if groups["left_out"]:
+        files = ", ".join(groups["left_out"])
+        lines.append(f"  without films that lack too many frames for a mean: {files}")
     if groups["test"]:
         words = f"  {groups['test']} test: p = {groups['p']:.3g}"
         if np.isfinite(groups["difference"][0]):
@@ -546,11 +552,7 @@ def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
         lines.append(
             f"frames whose likelihood is too low (below {settings['min_likelihood']:g}): {named}"
         )
-    if row["left_out"]:
-        named = ", ".join(f"{words} ({count})" for words, count in row["left_out"].items())
-        lines.append(
-            f"left out as tracking errors (frames): {named}; --outliers keep takes them"
-        )
+    lines += _list_left_out(row)
     lines += [
         f"{name}: {row['notes'][name]}"
         for name in ("left out", "tracked", "(0, 0)", "frame rate", "clock")
@@ -561,6 +563,13 @@ def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
             f"peaks in bridged gaps, not counted: {_pair_counts(row['unmeasured'])} (left, right)"
         )
     return lines + [f"note: {words}" for words in row["remarks"]]
+
+
+def _list_left_out(row: dict[str, Any]) -> list[str]:
+    """What was left out of a film as tracking errors."""
+    named = ", ".join(f"{words} ({count})" for words, count in row["left_out"].items())
+    words = f"left out as tracking errors (frames): {named}; --outliers keep takes them"
+    return [words] if named else []
 
 
 def _pair_counts(counts: list[int | None]) -> str:
@@ -618,15 +627,24 @@ def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, An
     """Say how a flagellum bends and when it touches, and save it as netCDF."""
     from feeler.cli.tracks_pages import _find_touched, _save_contacts
     from feeler.tracking import measure_posture
+    from feeler.tracking.quality import leave_out_errors
 
     names = ("min_likelihood", "origin", "plane", "individual", "scale", "feeler")
     used = {name: settings[name] for name in names} | {"points": said.points}
+    used |= {name: settings[name] for name in ("outliers", "max_gap")}
     points = [*(_split(said.points) or ())]
+    left_out: list[dict[str, int]] = [{} for _ in trials]
+    if used["outliers"] == "remove" and all(points):
+        ends: dict[str, Any] = {"tips": (points[-1], ""), "bases": (points[0], "")}
+        ends["points"] = points[1:-1]
+        seen = [leave_out_errors(one, **ends, max_gap=used["max_gap"]) for one in trials]
+        trials, left_out = [one for one, _, _ in seen], [errors for _, errors, _ in seen]
     postures = [measure_posture(trial, points) for trial in trials]
     touched = _find_touched(said, trials, [("antenna", points)])
     found, lines = [], []
     for k, (name, trial) in enumerate(zip(said.names, trials, strict=True)):
-        one = _describe_posture(name, trial, postures[k]) | {"settings": used}
+        one = _describe_posture(name, trial, postures[k])
+        one |= {"left_out": left_out[k], "settings": used}
         if touched is not None:
             one["contacts"] = touched[k].to_dict("records")
         largest = ", ".join(
@@ -636,7 +654,7 @@ def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, An
             f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
             f" of {one['frames']} frames whole; largest bend {largest}"
         )
-        lines += [f"  {words}" for words in _list_contacts(one)]
+        lines += [f"  {words}" for words in (*_list_left_out(one), *_list_contacts(one))]
         found.append(one)
     say(said.as_json, found, lines)
     if said.out is None:

@@ -172,8 +172,8 @@ def _find_touched(
         if said.within is not None:
             raise InvalidInput("--within is for --contact, which names what is touched.")
         return None
-    target, within = _read_target(said), said.within
-    if target is None:
+    within = said.within
+    if said.contact == "bend":
         if len(antennae[0][1]) < 3:
             raise InvalidInput(
                 "--contact bend needs --points, three or more along the antenna."
@@ -188,7 +188,11 @@ def _find_touched(
     for trial in trials:
         parts = [
             find_contacts(
-                trial, points, target, within=within, max_gap=said.max_gap or 0
+                trial,
+                points,
+                _read_target(said, trial.first_pixel),
+                within=within,
+                max_gap=said.max_gap or 0,
             ).assign(side=side, target=said.contact)
             for side, points in antennae
         ]
@@ -198,8 +202,10 @@ def _find_touched(
     return found
 
 
-def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
-    """A landmark, places as tracks have them, or None for bending."""
+def _read_target(said: Any, first: float) -> str | list[tuple[float, float]] | None:
+    """A landmark, places as tracks have them whose file has the first pixel at ``first``, or None
+    for bending.
+    """
     if said.contact == "bend":
         return None
     parts = said.contact.split(",")
@@ -215,7 +221,7 @@ def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
         raise InvalidInput(
             f"--contact takes pairs X,Y of pixels, got {len(numbers)} numbers: {said.contact}."
         )
-    places = np.reshape(numbers, (-1, 2)) / (said.scale or 1.0)
+    places = (np.reshape(numbers, (-1, 2)) - first) / (said.scale or 1.0)
     # load_tracks turns y round unless a plane in space is chosen
     places[:, 1] *= -1.0 if said.origin == "top-left" and said.plane is None else 1.0
     return [(float(x), float(y)) for x, y in places]
@@ -233,30 +239,29 @@ def _save_contacts(out: Path, names: list[str], touched: list[Any]) -> None:
 
 def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     """Animal and group of each file, by a table with columns file, animal and group."""
-    import pandas as pd
+    from feeler.tables import read_table
 
-    try:
-        table = pd.read_csv(path, sep=None, engine="python", dtype=str, skipinitialspace=True)
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"--sheet {path}: {error}") from None
+    sheet = read_table(path, words=("file", "animal", "group"))
+    table = {name.lower(): texts.tolist() for name, texts in sheet.words.items()}
     if missing := [name for name in ("file", "group") if name not in table]:
         raise InvalidInput(
             f"--sheet {path} has no column {missing[0]!r}, but"
-            f" {', '.join(map(str, table.columns))}; it needs file and group, and animal where an"
+            f" {', '.join(sheet.columns)}; it needs file and group, and animal where an"
             " animal has several films."
         )
-    table = table.apply(lambda column: column.str.strip()).replace("", np.nan)
-    parts = [Path(name).parts[::-1] for name in table["file"].fillna("")]
-    owner = "animal" if "animal" in table else "file"
+    parts = [Path(name).parts[::-1] for name in table["file"]]
+    owners = [
+        *zip(table["animal" if "animal" in table else "file"], table["group"], strict=True)
+    ]
     rows: list[int] = []
     for file in files:
         mine = file.resolve().parts[::-1]
         same = [sum(accumulate(map(eq, mine, names), and_)) for names in parts]
         found = [k for k, n in enumerate(same) if n and n == max(same)]
-        if not found or table.loc[found[0], [owner, "group"]].isna().any():
+        if not found or not all(owners[found[0]]):
             raise InvalidInput(
                 f"--sheet {path} names no animal and group for {file}; its files are"
-                f" {', '.join(map(str, table['file']))}."
+                f" {', '.join(table['file'])}."
             )
         if len(found) > 1 or found[0] in rows:
             raise InvalidInput(
@@ -264,16 +269,18 @@ def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
                 f" {file.name}; give their folders too."
             )
         rows += found
-    return [(animal, group) for animal, group in table.loc[rows, [owner, "group"]].to_numpy()]
+    return [owners[row] for row in rows]
 
 
 def _compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
-    """The groups' average maximum angular speeds, an animal's both sides and all films together."""
+    """The groups' average maximum angular speeds, an animal's both sides and all films together,
+    but not those that lack too many frames for a mean.
+    """
     from feeler.tracking import compare_groups
 
     value = [
-        float(np.nanmean(row)) if np.isfinite(row).any() else float("nan")
-        for row in np.rad2deg(result.mean_peak) * 1e3
+        float(np.nanmean(row)) if np.isfinite(row).any() and not few else float("nan")
+        for row, few in zip(np.rad2deg(result.mean_peak) * 1e3, result.too_few, strict=True)
     ]
     animals, groups = zip(*owners, strict=True)
     return compare_groups(value, animals, groups)

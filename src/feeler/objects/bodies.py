@@ -16,7 +16,7 @@ from feeler.files import read_toml
 from feeler.objects.distance import compute_clearance
 from feeler.objects.meshes import compute_gap_in_space
 from feeler.objects.motion import BaseMotion, Vector, lift, lift_turn
-from feeler.objects.shapes import SHAPES, Feature, digest_numbers, make_feature
+from feeler.objects.shapes import SHAPES, Feature, make_feature, name_by_extent
 from feeler.objects.trials import FRICTION, Trial, place
 from feeler.records import Ge, Record, freeze
 from feeler.validation import checked
@@ -283,10 +283,10 @@ class Wall(Feature):
     symmetric = unbounded  # a flat face is its own mirror image
 
     def make_name(self) -> str:
-        """``wall``, and for a textured one six digits that stand for its face."""
+        """``wall``, and for a textured one its extent and six digits that stand for its face."""
         if self.profile is None:
             return self.kind
-        return f"wall {digest_numbers(self.profile, self.repeat, self.rounding)}"
+        return name_by_extent("wall", self.profile, self.repeat, self.rounding)
 
     def make_parts(self) -> list:
         """A box so large that its other faces are out of reach, or the stretches of the

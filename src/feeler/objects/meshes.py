@@ -13,7 +13,7 @@ import numpy as np
 from feeler.antenna.segments import find_frames
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file
-from feeler.objects.shapes import Feature, digest_numbers
+from feeler.objects.shapes import Feature, name_by_extent
 from feeler.records import Ge, Gt, Le, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
@@ -25,7 +25,7 @@ _MAX_CORNERS = 5000  # [C]
 
 class Mesh(Feature):
     """Convex solids, each the hull of its corners and grown by ``rounding``; only antennae in space
-    meet it. Without a name it is called after its corners.
+    meet it. Without a name it is called after its extent.
 
     Attributes
     ----------
@@ -127,8 +127,8 @@ class Mesh(Feature):
         return cls(vertices=vertices, starts=starts, rounding=rounding, name=name)
 
     def make_name(self) -> str:
-        """``mesh`` and six digits that stand for the corners and the rounding."""
-        return f"mesh {digest_numbers(self.vertices, self.starts, self.rounding)}"
+        """``mesh``, its extent, and six digits that stand for the corners and the rounding."""
+        return name_by_extent("mesh", self.vertices, self.starts, self.rounding)
 
     def make_parts(self) -> list[np.ndarray]:
         """The parts' shadows in the plane."""

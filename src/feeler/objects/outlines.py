@@ -14,7 +14,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file, read_text
-from feeler.objects.shapes import Prism, digest_numbers, measure_area, split_convex
+from feeler.objects.shapes import Prism, measure_area, name_by_extent, split_convex
 from feeler.records import Gt, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
@@ -26,7 +26,7 @@ _FARTHEST = 1e6  # [C] mm; whatever an antenna meets is nearer than a kilometre
 
 
 class Outline(Prism):
-    """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
+    """Any simple polygon, grown by ``rounding``; without a name it is called after its extent.
 
     Attributes
     ----------
@@ -119,8 +119,8 @@ class Outline(Prism):
         return cls(vertices=found["corners"], rounding=rounding, name=name)
 
     def make_name(self) -> str:
-        """``outline`` and six digits that stand for the corners and the rounding."""
-        return f"outline {digest_numbers(self.vertices, self.rounding)}"
+        """``outline``, its extent, and six digits that stand for the corners and the rounding."""
+        return name_by_extent("outline", self.vertices, self.rounding)
 
     def make_parts(self) -> list[np.ndarray]:
         """Convex polygons that together fill the outline."""
@@ -186,6 +186,7 @@ _UNITS = {
     "pt": 25.4 / 72,
     "pc": 25.4 / 6,
     "m": 1e3,
+    "µm": 1e-3,
     "q": 0.25,
 }  # mm, as CSS has them
 _PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewBox
@@ -314,17 +315,21 @@ def _tidy(corners: np.ndarray) -> np.ndarray:
 
 
 def _read_csv(path: str) -> tuple[_Paths, float | None]:
-    lines = read_text(path, _MAX_BYTES).splitlines()
-    start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
-    rows = [
-        re.split(r"[,;\t]\s*|\s+", line.strip())
-        for line in lines[start:]
-        if line.strip() and line.lstrip()[0] != "#"
+    from feeler.tables import parse_table, split_unit
+
+    table = parse_table(read_text(path, _MAX_BYTES), source="table", bare=("x", "y"))
+    named = [split_unit(name) for name in table.columns]
+    units = {"mm" if unit.lower() in ("", "x", "y") else unit for _, unit in named}
+    if len(named) != 2 or len(units) != 1 or not units <= {*_UNITS}:
+        raise InvalidInput(
+            "it must have two columns, x and y, in mm or as their names say (x_cm), and nothing"
+            f" else; it has {', '.join(table.columns[:12])}."
+        )
+    turned = [name.lower() for name, _ in named] == ["y", "x"]
+    corners = [complex(x, y) for x, y in table.values[:, :: -1 if turned else 1]]
+    return [(Path(path).stem, [partial(_stay, corner) for corner in corners])], _UNITS[
+        units.pop()
     ]
-    if not rows or {len(row) for row in rows} != {2}:
-        raise InvalidInput("it must have two columns, x and y [mm], and nothing else.")
-    corners = [complex(float(x), float(y)) for x, y in rows]
-    return [(Path(path).stem, [partial(_stay, corner) for corner in corners])], 1.0
 
 
 def _stay(corner: complex, _: float) -> complex:

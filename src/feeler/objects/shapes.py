@@ -221,7 +221,8 @@ class Feature(Record, ABC):
                 f"{type(self).__name__}.name must be one line, got {self.name!r}."
             )
         # replace() keeps a name that was made of old numbers
-        given = "" if re.fullmatch(f"{self.kind} [0-9a-f]{{6}}", self.name) else self.name
+        own = rf"{self.kind} (?:[\d.e+x -]+ mm \()?[0-9a-f]{{6}}\)?"
+        given = "" if re.fullmatch(own, self.name) else self.name
         vars(self)["name"] = given or self.make_name()
 
     @classmethod
@@ -439,11 +440,13 @@ def _parse_value(text: str) -> float | int | str:
     return text
 
 
-def digest_numbers(*values: object) -> str:
-    """Six hexadecimal digits that differ where the numbers do (but for one pair in 17 million)."""
-    return hashlib.sha256(
-        b"".join(np.asarray(v, dtype=float).tobytes() for v in values)
-    ).hexdigest()[:6]
+def name_by_extent(kind: str, corners: np.ndarray, *values: object) -> str:
+    """A name such as ``outline 4 x 3 mm (1f09ab)``: how far the corners (corner, axis) extend, and
+    six digits that differ where the numbers do (but for one pair in 17 million).
+    """
+    numbers = b"".join(np.asarray(v, dtype=float).tobytes() for v in (corners, *values))
+    extent = " x ".join(f"{one:.3g}" for one in np.ptp(corners, axis=0))
+    return f"{kind} {extent} mm ({hashlib.sha256(numbers).hexdigest()[:6]})"
 
 
 def _order(core: np.ndarray, kind: str) -> np.ndarray:

@@ -25,28 +25,15 @@ from feeler.robot.sensors import (
 )
 from feeler.robot.stream import unwrap_clock
 from feeler.sandbox import Limits
+from feeler.tables import TIME_UNITS, Table, find_times, read_table, sniff_columns
 from feeler.tensors.bags import choose_names, describe_bag, find_bag, read_bag, sort_names
 from feeler.tensors.formats import Format
-from feeler.tensors.table import Table, read_table
 from feeler.validation import checked
 
 # Recordings: what a robotic antenna's electronics wrote, as it is; repair is another step.
 
 N_CHANNELS = 8  # [P]
-_TIME_UNITS = {
-    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1.0),
-    **dict.fromkeys(("s", "sec", "secs", "seconds"), 1e3),
-    **dict.fromkeys(("us", "µs", "micros", "microseconds"), 1e-3),
-    "ns": 1e-6,
-}
 _TIME_VALID = "ms, s, us, ns"
-# how PlotJuggler (CSV export) and ROS 1 (rostopic echo -p) call their clocks, which say no unit
-_CLOCKS = {"__time": "s", "%time": "ns"}
-_TIME_RECORDING = re.compile(
-    r"(?:time|t|time[ _-]?stamp|elapsed(?:[ _-]?time)?)[\s_(\[,]*"
-    rf"({'|'.join(_TIME_UNITS)})?[)\]]?|(millis|micros|seconds|milliseconds)",
-    re.IGNORECASE,
-)
 _SOURCES = ("robot", "surrogate", "simulation")
 _QUANTITIES = {
     "pF": "capacitance",
@@ -327,9 +314,9 @@ def find_unit(unit: str) -> tuple[str, float]:
 
 def find_time_factor(unit: str) -> float:
     """Milliseconds of one ``unit`` of time."""
-    if unit not in _TIME_UNITS:
+    if unit not in TIME_UNITS:
         raise InvalidInput(f"time_unit={unit!r} is unknown; valid: {_TIME_VALID}.")
-    return _TIME_UNITS[unit]
+    return TIME_UNITS[unit]
 
 
 def _number_joints(table: Table, joints: Sequence[str] = ()) -> Table:
@@ -374,9 +361,7 @@ def _pick_columns(table: Table, joints: Sequence[str], unit: str | None) -> Tabl
 
 
 def _find_time(table: Table) -> str:
-    found = [
-        name for name in table.columns if name in _CLOCKS or _TIME_RECORDING.fullmatch(name)
-    ]
+    found = [*find_times(table.columns)]
     if not found:
         raise InvalidInput(
             f"{table.source}: no time column (time_ms, time_s) among"
@@ -388,15 +373,14 @@ def _find_time(table: Table) -> str:
 def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
     column = _find_time(table)
     table.refuse_words(column)
-    match = _TIME_RECORDING.fullmatch(column)
-    written = (match[1] or match[2]) if match else _CLOCKS[column]
+    written = find_times([column])[column]
     unit = (written or time_unit or table.notes.get("time unit") or "").lower()
-    if unit not in _TIME_UNITS:
+    if unit not in TIME_UNITS:
         raise InvalidInput(
             f"{table.source}: column {column!r} has no time unit; valid: {_TIME_VALID}. Name the"
             " column time_ms, or give time_unit=."
         )
-    return table.column(column) * _TIME_UNITS[unit]
+    return table.column(column) * TIME_UNITS[unit]
 
 
 def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
@@ -514,11 +498,6 @@ def save_recording(
 
 # What ``feeler info`` says of a robot's files.
 
-_TIME = re.compile(
-    rb"(?im)(?:^|[,;\t])[\"\s#]*(?:__|%)?(?:time|t|time[ _-]?stamp|elapsed|millis|micros|seconds)"
-    rb"(?:[\s_(\[]*[nmu\xb5\xc2]*s[)\]]?)?[\"\s]*(?:[,;\t ]|$)"
-)
-
 
 def _read(path: Path, limits: Limits, trusted: bool) -> list[str]:
     """What is said of a recording; of a bag whose topic is not named, what it holds."""
@@ -575,7 +554,9 @@ ROBOT_FILES = {
     "bench": Format(
         words="readings of a robot's sensors at known angles",
         kind="bench",
-        detect=lambda path, start: b"hinge," in start and b"angle_" in start,
+        detect=lambda path, start: (
+            {"hinge", "angle"} <= {name.partition("_")[0] for name in sniff_columns(start)}
+        ),
         load=lambda path, limits, trusted: load_calibration_table(path),
         tell=_describe_calibration,
     ),
@@ -599,7 +580,7 @@ ROBOT_FILES = {
         words="recording of a robot",
         kind="recording",
         detect=lambda path, start: (
-            find_bag(path) is not None or _TIME.search(start) is not None
+            find_bag(path) is not None or bool(find_times(sniff_columns(start)))
         ),
         load=_read,
         tell=list,

@@ -14,7 +14,7 @@ from sklearn.isotonic import IsotonicRegression
 from feeler.errors import InvalidInput
 from feeler.files import make_record, parse_json, read_bytes, writing
 from feeler.records import ALLOW_NAN, Record
-from feeler.tensors.table import MAX_BYTES, Table, read_table
+from feeler.tables import MAX_BYTES, TIME_UNITS, find_times, read_table
 from feeler.validation import Choice, checked
 
 # Sensor calibration: from what a sensor reads (capacitance, voltage, counts) to its hinge's
@@ -486,30 +486,19 @@ def load_calibration_table(
     the robot.
     """
     table = read_table(path, max_bytes=MAX_BYTES, words=True)
-    angle = _take(table, {f"angle_{unit}": factor for unit, factor in ANGLE_UNITS.items()})
-    named = {f"{what}_{unit}": unit for what in _READINGS for unit in READING_UNITS}
-    capacitance = _take(table, {name: READING_UNITS[unit][1] for name, unit in named.items()})
-    unit = next(READING_UNITS[unit][0] for name, unit in named.items() if name in table.columns)
-    time = table.column("time_ms") if "time_ms" in table.columns else None
+    angle, _ = table.quantity(("angle",), ANGLE_UNITS)
+    units = {unit: factor for unit, (_, factor) in READING_UNITS.items()}
+    capacitance, unit = table.quantity(_READINGS, units)
+    clock = next((pair for pair in find_times(table.columns).items() if pair[1]), None)
+    time = None if clock is None else table.column(clock[0]) * TIME_UNITS[clock[1]]
     return fit_sensors(
         table.column("hinge"),
         angle,
         capacitance,
         time=time,
         robot=table.notes.get("robot", ""),
-        unit=unit,
+        unit=READING_UNITS[unit][0],
         curve=curve,
-    )
-
-
-def _take(table: Table, factors: dict[str, float]) -> np.ndarray:
-    for name, factor in factors.items():
-        if name in table.columns:
-            return factor * table.column(name)
-    what = next(iter(factors)).partition("_")[0]
-    valid = ", ".join(name for name in factors if name.isascii() and name.startswith(what))
-    raise InvalidInput(
-        f"{table.source}: no {what} column; valid: {valid}. It has {', '.join(table.columns[:12])}."
     )
 
 

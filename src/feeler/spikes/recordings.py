@@ -25,29 +25,24 @@ from feeler.records import Choice, Gt, Shown
 from feeler.sandbox import open_guarded
 from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, find_step
 from feeler.spikes.trains import attach_trains, count_spikes
+from feeler.tables import TIME_UNITS, find_times, is_numeral, read_table, sniff_columns
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
-from feeler.tensors.table import MAX_BYTES, parse_table
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
 
 # Trains on the session's clock.
 
-_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
-_COLUMN = re.compile(
-    r"(?:(?:spike|onset|contact|start|on)[_ .]?)?(?:times?|onset|timestamps?|on|t)"
-    r"(?:[_ .]?[(\[]?(?P<unit>s|sec|seconds?|ms|us|µs)[)\]]?)?",
-    re.IGNORECASE,
-)
+_EVENTS = "spike|onset|contact|start|on"
 _OWNERS = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
-_WORDS = {"sec": "s", "second": "s", "seconds": "s", "µs": "us"}
 _FASTEST = 2.0  # [C] spikes per ms of one unit in the median interval, above any nerve fibre's
+_FEW = 20  # [C] intervals that may be equal by chance or design
 _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
 
 @checked
 def read_trains(
-    path: str | os.PathLike, *, unit: Annotated[str, Choice(_MS)] | None = None
+    path: str | os.PathLike, *, unit: Annotated[str, Choice(("s", "ms", "us"))] | None = None
 ) -> dict[str, np.ndarray]:
     """Trains of a recording, by unit: times [ms] on the session's clock, rising.
 
@@ -72,7 +67,7 @@ def read_trains(
     if path.is_dir():
         trains = _read_phy(path)
     elif read_start(path, len(HDF5)) == HDF5:
-        trains = _read_nwb(path, _MS[unit or "s"])
+        trains = _read_nwb(path, TIME_UNITS[unit or "s"])
     else:
         trains = _read_table(path, unit)
     if not trains or not any(train.size for train in trains.values()):
@@ -89,6 +84,11 @@ def _doubt_clock(trains: Mapping[str, np.ndarray], source: str) -> None:
     if not steps.size:
         return
     usual = float(np.median(steps))
+    if steps.size > _FEW and np.ptp(steps) < 1e-3 * usual:
+        raise InvalidInput(
+            f"{source}: its times are {usual:.4g} ms apart, all of them: these are samples of a"
+            " clock and no spikes. If they are spikes, give unit=."
+        )
     if not _SLOWEST < 1 / usual < _FASTEST:
         faster = 1 / usual >= _FASTEST
         raise InvalidInput(
@@ -99,36 +99,29 @@ def _doubt_clock(trains: Mapping[str, np.ndarray], source: str) -> None:
 
 
 def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
-    table = parse_table(read_text(path, MAX_BYTES), source=path.name, words=True)
-    found = [(name, match) for name in table.columns if (match := _COLUMN.fullmatch(name))]
+    table = read_table(path, words=_OWNERS)
+    found = find_times(table.columns, _EVENTS)
     if not found:
         raise InvalidInput(
             f"{path.name} has no column of times, but {', '.join(table.columns[:12])}. Spikes are"
             " a table with columns unit and time_s or time_ms, a row per spike."
         )
-    column, match = found[0]
-    said = (match["unit"] or "").lower()
-    said = _WORDS.get(said, said)
+    column, said = next(iter(found.items()))
     if not (said or unit):
         raise InvalidInput(
             f"{path.name}: column {column!r} does not say whether its times are s or ms; give"
             " unit='s' or unit='ms', or call it time_s."
         )
-    if said and unit and said != unit:
+    if said and unit and TIME_UNITS[said] != TIME_UNITS[unit]:
         raise InvalidInput(
             f"{path.name}: unit={unit!r} contradicts column {column!r}. Leave unit= out, or rename"
             " the column."
         )
-    time = table.column(column) * _MS[said or unit or ""]
+    time = table.column(column) * TIME_UNITS[said or unit or ""]
     owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
-    if owner is None:
-        labels = np.array(["1"] * time.size)
-    elif owner in table.words:
-        words = pd.read_csv(path, sep=None, engine="python", comment="#", dtype=str)
-        words.columns = [str(name).strip() for name in words.columns]
-        labels = words[owner].str.strip().to_numpy()
-    else:
-        labels = np.array([f"{value:g}" for value in table.column(owner)])
+    labels = np.full(time.size, "1") if owner is None else table.words[owner]
+    if all(map(is_numeral, labels.tolist())):
+        labels = np.array([f"{float(label):g}" for label in labels.tolist()])
     return {
         str(name): np.sort(time[(labels == name) & np.isfinite(time)])
         for name in dict.fromkeys(labels.tolist())
@@ -205,10 +198,9 @@ def _read_phy(folder: Path) -> dict[str, np.ndarray]:
     noise = set()
     for name in ("cluster_group.tsv", "cluster_KSLabel.tsv"):
         if (folder / name).exists():
-            lines = [
-                line.split("\t") for line in read_text(folder / name, MAX_BYTES).split("\n")
-            ]
-            noise = {row[0] for row in lines if len(row) > 1 and row[1].strip() == "noise"}
+            table = read_table(folder / name, words=("cluster_id", "group", "kslabel"))
+            clusters, groups = (table.words[column] for column in table.columns[:2])
+            noise = set(clusters[groups == "noise"].tolist())
             break
     return {
         str(name): np.sort(time[owner == name])
@@ -225,10 +217,12 @@ def _is_spikes(path: Path, start: bytes) -> bool:
         return (path / "spike_times.npy").exists()
     if start.startswith(HDF5):
         return path.suffix == ".nwb"
-    head = start.split(b"\n", 1)[0].decode("utf-8", "ignore")
-    names = [cell.strip().strip('"') for cell in re.split("[,;\t]", head)]
-    timed = any(_COLUMN.fullmatch(name) for name in names)
-    return timed and len(names) <= 4 and any(name.lower() in _OWNERS for name in names)
+    names = sniff_columns(start)
+    return (
+        bool(find_times(names, _EVENTS))
+        and len(names) <= 4
+        and any(name.lower() in _OWNERS for name in names)
+    )
 
 
 def _tell_spikes(path: Path, limits: Any, trusted: bool) -> list[str]:

@@ -22,7 +22,7 @@ import numpy as np
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import read_start
 from feeler.sandbox import find_limits, open_guarded
-from feeler.tensors.table import MAX_COLUMNS, Table
+from feeler.tables import MAX_COLUMNS, Table
 
 _MAGIC = b"\x89MCAP0\r\n"
 _STARTS = {_MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}

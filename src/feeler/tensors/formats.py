@@ -20,8 +20,8 @@ from feeler.files import NAME, parse_json, read_start, sniff_file_type, write_at
 from feeler.provenance import to_jsonable
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
+from feeler.tables import Table, read_table, sniff_columns
 from feeler.tensors.schema import find_errors, raise_if_invalid
-from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
     restore,
@@ -156,7 +156,7 @@ def _read_model(
 # A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the
 # package.
 
-_START = 512  # bytes by which a file is recognised
+START = 512  # bytes by which a file is recognised
 _UNKNOWN = (
     "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5,"
     " Parquet), tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings"
@@ -239,7 +239,7 @@ def find_formats(
         There is none; the message says what the file is.
     """
     path = Path(path)
-    start = b"" if path.is_dir() else read_start(path, _START).removeprefix(BOM_UTF8)
+    start = b"" if path.is_dir() else read_start(path, START).removeprefix(BOM_UTF8)
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found
@@ -633,11 +633,9 @@ _ADVICE = (
 
 
 def _is_table(path: Path, start: bytes) -> bool:
-    lines = start.decode("utf-8-sig", "ignore").split("\n")
-    heading = (
-        None if b"\0" in start or sniff_file_type(start) else find_heading(enumerate(lines, 1))
-    )
-    return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
+    if sniff_file_type(start) or path.suffix.lower() not in _ENDINGS:
+        return False
+    return len(sniff_columns(start)) > 1
 
 
 _ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", "")
@@ -649,7 +647,7 @@ def _describe(table: Table) -> list[str]:
         seen = values[~np.isnan(values)]
         span = f"{seen.min():.4g} … {seen.max():.4g}" if seen.size else "empty"
         if name in table.words:
-            span = f"text ({table.words[name][:40]!r} …)"
+            span = f"text ({table.first_word(name)!r} …)"
         lines.append(f"column      {name}: {span}")
     if len(table.columns) > _MOST:
         lines.append(f"            … {len(table.columns)} columns in all")

@@ -2,7 +2,7 @@
 explores.
 """
 
-from feeler.tensors.table import Table, parse_table, read_table
+from feeler.tables import Table, parse_table, read_table
 from feeler.tracking.contacts import find_contacts, measure_clearance
 from feeler.tracking.kinematics import (
     SIDES,

@@ -616,9 +616,14 @@ class Exploration(Shown):
         """Average over trials and sides [rad/ms]; NaN where more than a fifth of an antenna's
         frames are missing, because it would be an average over the frames that are easy to track.
         """
-        if np.nanmax(self.missing) > _MAX_MISSING:
-            return float("nan")
-        return float(np.nanmean(self.mean_peak))
+        return float("nan") if self.too_few.any() else float(np.nanmean(self.mean_peak))
+
+    @property
+    def too_few(self) -> np.ndarray:
+        """Trials (trial,) in which more than a fifth of an antenna's frames are missing: they count
+        in no mean.
+        """
+        return np.nanmax(self.missing, axis=1) > _MAX_MISSING
 
     @property
     def lateral_speed(self) -> float:

@@ -1,5 +1,6 @@
 """Implausible landmarks noticed from geometry and speed; and made-up tracks with a known answer."""
 
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
@@ -44,8 +45,9 @@ def leave_out_errors(
     *,
     tips: tuple[str, str],
     bases: tuple[str, str],
-    head: str,
-    abdomen: str,
+    head: str = "",
+    abdomen: str = "",
+    points: Sequence[str] = (),
     max_gap: int,
 ) -> tuple[Tracks, dict[str, int], list[str]]:
     """Tracks in which places that cannot be are NaN, how many frames that were, by what is wrong
@@ -59,14 +61,18 @@ def leave_out_errors(
     jump back within 1 s. A jump also has to be 8 times what is usual in the frames around it, so
     that a whisk that is filmed slowly is none. Around a jump without return more than ``max_gap``
     frames are left out, so that no motion is interpolated across it.
+
+    Of an antenna alone there are no ``head`` and ``abdomen``; ``points`` are those between its base
+    and its tip.
     """
-    place = {name: tracks.of(name).copy() for name in {*tips, *bases, head, abdomen} if name}
-    body = _measure_length(place[head] - place[abdomen], 50)
+    names = dict.fromkeys((*tips, *bases, head, abdomen, *points))
+    place = {name: tracks.of(name).copy() for name in names if name}
     reach = {
         tip: _measure_length(place[tip] - place[base or head], 90)
         for tip, base in zip(tips, bases, strict=True)
         if tip
     }
+    body = _measure_length(place[head] - place[abdomen], 50) if head else min(reach.values())
     found: dict[str, int] = {}
 
     def leave_out(names: tuple[str, ...], wrong: np.ndarray, words: str) -> None:
@@ -87,7 +93,7 @@ def leave_out_errors(
         name: wrong.sum() / max(np.isfinite(place[name]).all(axis=1).sum(), 1)
         for name, wrong in unmeasured.items()
     }
-    held = min(share[head], share[abdomen]) > 0.5  # as in a clamp
+    held = not head or min(share[head], share[abdomen]) > 0.5  # as in a clamp
     for name, wrong in unmeasured.items():
         if share[name] <= 0.5:
             leave_out((name,), wrong & ~again, f"{name} repeated or interpolated")
@@ -96,7 +102,7 @@ def leave_out_errors(
                 f"{name} stands still or moves on a straight line in {share[name]:.0%} of the"
                 " frames: was it tracked there?"
             )
-    pairs = [((head, abdomen), body)]
+    pairs = [((head, abdomen), body)] if head else []
     if all(tips):
         pairs.append((tips, min(reach.values())))
     for (one, other), length in pairs:

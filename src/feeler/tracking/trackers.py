@@ -9,14 +9,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from feeler.errors import InvalidInput
 from feeler.files import read_start, read_text
 from feeler.sandbox import open_guarded
+from feeler.tables import (
+    MAX_BYTES,
+    TIME_UNITS,
+    Heading,
+    Table,
+    find_heading,
+    find_times,
+    is_numeral,
+    parse_table,
+    split_line,
+)
 from feeler.tensors.formats import HDF5
 from feeler.tensors.readers import TRAINING_LABELS
-from feeler.tensors.table import MAX_BYTES, Table, is_numeral, parse_table, split_line
 
 # The clock of a film: frame rate from times, and frames that a file leaves out.
 
@@ -24,14 +33,6 @@ _MAX_JITTER = 0.35  # [C] of a frame interval, by which a time may lie off its f
 _MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 _SLOWEST, _FASTEST = 2.0, 2e4  # [C] frames per second of films of moving animals
 _FRAME = re.compile(r"frames?|frame[ _.]?(?:idx|index|no|number|num|nr)|fnum", re.IGNORECASE)
-_TIME = re.compile(
-    r"(?:(?:elapsed[ _])?(?:times?|t|time[ _]?stamps?)|(?=secs?$|seconds?$|m[si]))"  # or a unit
-    r"(?:[ _.]?[(\[]? ?(?P<unit>s|secs?|seconds?|ms|msecs?|"
-    r"milliseconds?|us|µs|microseconds?) ?[)\]]?)?",
-    re.IGNORECASE,
-)
-_MS = {"s": 1e3, "sec": 1e3, "secs": 1e3, "second": 1e3, "seconds": 1e3}
-_MS |= {"us": 1e-3, "µs": 1e-3, "microsecond": 1e-3, "microseconds": 1e-3}  # others are ms
 
 
 def _count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
@@ -106,20 +107,21 @@ def _read_clock(table: Table, given: float | None) -> _Clock:
     """
     numbers = next((name for name in table.columns if _FRAME.fullmatch(name)), None)
     frame = None if numbers is None or numbers in table.words else table.column(numbers)
-    found = [(name, match) for name in table.columns if (match := _TIME.fullmatch(name))]
+    found = find_times(table.columns)
     if not found:
         return frame, None, "", ""
-    column, match = next((one for one in found if one[1]["unit"]), found[0])
+    column = next((name for name, unit in found.items() if unit), next(iter(found)))
+    unit = found[column]
     if column in table.words:
         return frame, None, "", f"column {column!r} holds text"
     time = table.column(column)
-    counted, step, wrong = _count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
+    counted, step, wrong = _count_frames(time * TIME_UNITS[unit or "s"])
     if counted is None:
         return frame, None, "", f"{wrong} in column {column!r}"
     if frame is not None:
         step *= counted[-1] / max(frame[-1] - frame[0], 1)
     rate = 1e3 / step
-    if match["unit"] is None:
+    if not unit:
         options = [rate, 1e3 * rate]
         if given is not None:
             rate = min(options, key=lambda one: abs(np.log(one / given)))
@@ -196,14 +198,19 @@ def _read_tracker(
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
         return _read_deeplabcut(text, source, individual, first)
     try:
-        taken = _take_export(text, source, individual, first)
+        if found := _read_fictrac(text, source) or _read_motive(text, source):
+            return found
     except (InvalidInput, ValueError) as error:
         raise InvalidInput(f"{source}: {error}") from None
-    if taken is not None:
-        return taken
-    table = parse_table(_name_twice(text), source=source, words=True)
+    words = (*_LONG["landmark"], *_LONG["animal"])
+    heading = find_heading(enumerate(io.StringIO(text), 1), words)
+    if heading is not None:
+        heading = replace(heading, names=_name_twice(heading.names))
+    table = parse_table(text, source=source, words=words, heading=heading)
+    if (spread := _spread_long(table, individual, first)) is not None:
+        return spread
     if {"track", "frame_idx"} <= {*table.columns}:
-        return _read_sleap(table, text, individual=individual, first=first)
+        return _read_sleap(table, individual=individual, first=first)
     if individual is not None:
         raise InvalidInput(
             f"{source} is a table of one animal; leave individual {individual!r} out."
@@ -211,24 +218,6 @@ def _read_tracker(
     if any(name.endswith("_ncams") for name in table.columns) and "fnum" in table.columns:
         return _read_anipose(table)
     return table
-
-
-def _take_export(
-    text: str, source: str, individual: str | None, first: bool
-) -> Found | Table | None:
-    """What FicTrac, Motive or a long table hold; None where a text is none of these."""
-    if found := _read_fictrac(text, source) or _read_motive(text, source):
-        return found
-    spread = _spread_long(text, individual)
-    if spread is None:
-        return None
-    wide, animals = spread
-    if animals != [""]:
-        _choose(animals, source, individual=individual, first=first)
-    table = parse_table(wide, source=source)
-    others = f"{', '.join(animals)} ({individual or animals[0]} taken)"
-    notes = table.notes | ({"animals": others} if len(animals) > 1 else {})
-    return Table(**vars(table) | {"notes": notes})
 
 
 def _has_hdf5(path: str | os.PathLike) -> bool:
@@ -251,12 +240,10 @@ def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool
         raise InvalidInput(
             f"{source}: begins like DeepLabCut's CSV but lacks its rows bodyparts and coords."
         )
-    header = ",".join(f"c{k}" for k in range(len(rows[0])))
     rest = lines.read()
     if re.match(r"\s*\"?[^,;\t\n]*[^\d\s\".,;\t][^,;\t\n]*[,;\t]", rest):
         raise InvalidInput(f"{source}: {TRAINING_LABELS}")
-    delimiter = max(",;\t", key=rest[:1000].count)
-    table = parse_table(f"{header.replace(',', delimiter)}\n{rest}", source=source)
+    table = _parse_numbers(text, len(rows), len(rows[0]), source)
     labels = list(
         zip(
             named.get("individuals", [""] * len(named["coords"])),
@@ -273,6 +260,15 @@ def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool
         individual=individual,
         first=first,
     )
+
+
+def _parse_numbers(text: str, start: int, n_columns: int, source: str) -> Table:
+    """The numbers below line ``start`` of a text whose columns are named in a way of its own."""
+    line = text.split("\n", start + 1)[start] if start < text.count("\n") else ""
+    names = [f"column {k + 1}" for k in range(n_columns)]
+    delimiter = max(",;\t", key=line.count)
+    heading = Heading(notes={}, start=start, names=names, delimiter=delimiter)
+    return parse_table(text, source=source, heading=heading)
 
 
 def _gather(
@@ -321,11 +317,9 @@ def _choose(
     raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=).")
 
 
-def _read_sleap(table: Table, text: str, **asked: Any) -> Found:
+def _read_sleap(table: Table, **asked: Any) -> Found:
     """SLEAP's CSV: a row for each animal in each frame, with NAME.x, NAME.y and NAME.score."""
-    lines, column = text.split("\n"), table.columns.index("track")
-    cells = (split_line(lines[number - 1], ",")[column] for number in table.line)
-    track = np.array([cell or "track_0" for cell in cells])
+    track = np.array([cell or "track_0" for cell in table.words["track"].tolist()])
     mine = track == _choose([*dict.fromkeys(track.tolist())], table.source, **asked)
     frame = table.column("frame_idx")[mine]
     if not frame.size or np.unique(frame).size < frame.size:
@@ -457,9 +451,11 @@ def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
 
 # Columns of landmarks: NAME and axis, in the ways in which programs write them.
 
-_UNIT = r"(?:\s*\((?P<unit>[^)]*)\))?"
+_UNIT = r"(?:[\s_]*[(\[](?P<unit>[^)\]]*)[)\]])?"
 _PATTERNS = (
-    re.compile(r"(?P<name>.{1,200}?)[_. :/](?P<axis>[xyz])", re.IGNORECASE),  # head_x, head/X
+    re.compile(
+        rf"(?P<name>.{{1,200}}?)[_. :/](?P<axis>[xyz]){_UNIT}", re.IGNORECASE
+    ),  # head_x, head/X, head_x (mm)
     re.compile(
         rf"(?P<axis>[xyz])#(?P<name>.{{1,200}}?){_UNIT}", re.IGNORECASE
     ),  # TRex's centroids
@@ -469,7 +465,8 @@ _PATTERNS = (
     re.compile(rf"(?P<name>)(?P<axis>[xyz]){_UNIT}", re.IGNORECASE),  # one place alone
 )
 _ALONE = "body"
-LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1e3}
+LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "µm": 1e-3, "μm": 1e-3}
+_PIXELS = ("", "px", "pixel", "pixels")
 
 
 def _find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int], str]:
@@ -481,16 +478,17 @@ def _find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int],
     first: dict[tuple[str, str], int] = {}
     for pattern in (_PATTERNS[0], *_PATTERNS[2:4], _PATTERNS[1], *_PATTERNS[4:]):
         found: dict[tuple[str, str], int] = {}
-        unit = ""
+        units = set()
         for index, column in enumerate(columns):
             if column.startswith("/"):  # a ROS topic
                 continue
             if match := pattern.fullmatch(column):
                 found.setdefault((match["name"] or _ALONE, match["axis"].upper()), index)
-                unit = unit or (match.groupdict().get("unit") or "")
+                unit = (match.groupdict().get("unit") or "").strip()
+                units.add("" if unit.lower() in _PIXELS else unit)
         names = {name for name, _ in found}
         if any({(name, "X"), (name, "Y")} <= found.keys() for name in names):
-            return found, unit
+            return found, ", ".join(sorted(units))
         first = found if pattern is _PATTERNS[0] else first
     return first, ""
 
@@ -530,20 +528,12 @@ def _is_export(start: str) -> bool:
 # Repeated names, and tables without a heading.
 
 
-def _name_twice(text: str) -> str:
-    """The same table whose heading names no column twice, as pandas does it: name, name.1, …"""
-    head, _, rest = text.partition("\n")
-    delimiter = max(",;\t", key=head.count)
-    cells = split_line(head, delimiter)
-    plain = not head.lstrip().startswith(("#", "%")) and "" not in cells
-    if len(set(cells)) == len(cells) or not plain or any(map(is_numeral, cells)):
-        return text
-    seen: dict[str, int] = {}
-    names = []
-    for cell in cells:
-        names.append(f"{cell}.{seen[cell]}" if cell in seen else cell)
-        seen[cell] = seen.get(cell, 0) + 1
-    return f"{delimiter.join(names)}\n{rest}"
+def _name_twice(names: list[str]) -> list[str]:
+    """The same names, none of them twice, as pandas does it: name, name.1, …"""
+    return [
+        f"{name}.{n}" if name and (n := names[:k].count(name)) else name
+        for k, name in enumerate(names)
+    ]
 
 
 _FICTRAC = (23, 26)  # numbers in a line of FicTrac's, whose names stand in its documentation
@@ -556,10 +546,7 @@ def _read_fictrac(text: str, source: str) -> Found | None:
     first = split_line(text.split("\n", 1)[0], ",")
     if not (_FICTRAC[0] <= len(first) <= _FICTRAC[1] and all(map(is_numeral, first))):
         return None
-    try:
-        rows = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
-    except ValueError as error:
-        raise InvalidInput(f"it begins as FicTrac's output, but {error}.") from None
+    rows = _parse_numbers(text, 0, len(first), source).values
     heading = rows[:, 16]
     body = rows[:, 14:16]
     ahead = body + np.stack([np.cos(heading), np.sin(heading)], axis=1)
@@ -586,52 +573,57 @@ _LONG = {
 }
 
 
-def _spread_long(text: str, individual: str | None) -> tuple[str, list[str]] | None:
+def _spread_long(table: Table, individual: str | None, first: bool) -> Table | None:
     """A long table as one with a row per frame and columns NAME_x, NAME_y, NAME_likelihood, of one
-    animal, and the names of all; None where a text is no long table.
+    animal; None where a table is no long one.
 
     Raises
     ------
     InvalidInput
-        A landmark twice in a frame of one animal.
+        A landmark twice in a frame of one animal, or several animals and none chosen.
     """
-    head = text.split("\n", 1)[0].lstrip("\ufeff")
-    delimiter = max(",;\t", key=head.count)
-    cells = split_line(head, delimiter)
-    lower = [cell.lower() for cell in cells]
+    lower = {name.lower(): name for name in reversed(table.columns)}
     named = {
-        what: cells[lower.index(word)]
+        what: lower[word]
         for what, words in _LONG.items()
         if (word := next((one for one in words if one in lower), None))
     }
-    if not {"landmark", "clock"} <= named.keys() or not {"x", "y"} <= {*lower}:
+    if not {"landmark", "clock"} <= named.keys() or not {"x", "y"} <= lower.keys():
         return None
-    decimal = "," if delimiter == ";" and re.search(r"\d,\d", text[:4000]) else "."
-    table = pd.read_csv(io.StringIO(text), sep=delimiter, decimal=decimal, comment="#")
-    table.columns = [str(name).lstrip("\ufeff").strip() for name in table.columns]
-    animals = [""]
+    landmark, notes = table.words[named["landmark"]], table.notes
+    mine = landmark != ""
     if "animal" in named:
-        table[named["animal"]] = table[named["animal"]].astype(str)
-        animals = list(dict.fromkeys(table[named["animal"]]))
-        table = table[table[named["animal"]] == (individual or animals[0])]
-    axes = [cells[lower.index(axis)] for axis in "xyz" if axis in lower]
-    wanted = axes + ([named["likelihood"]] if "likelihood" in named else [])
-    keys = [named["clock"], named["landmark"]]
-    twice = table.duplicated(keys)
-    if twice.any():
-        clock, landmark = table.loc[twice.idxmax(), keys]
-        raise InvalidInput(
-            f"{landmark} is there twice at {named['clock']} {clock}. Are these several animals?"
-            " Give them a column individual."
-        )
-    order = list(dict.fromkeys(table[named["landmark"]].astype(str)))
-    wide = table.pivot(index=named["clock"], columns=named["landmark"], values=wanted)
-    ends = {name: axis for name, axis in zip(axes, "xyz", strict=False)}
+        who = table.words[named["animal"]]
+        animals = [*dict.fromkeys(who.tolist())]
+        chosen = _choose(animals, table.source, individual=individual, first=first)
+        mine &= who == chosen
+        if len(animals) > 1:
+            notes = notes | {"animals": f"{', '.join(animals)} ({chosen} taken)"}
+    ends = {lower[axis]: axis for axis in "xyz" if axis in lower}
     ends |= {named["likelihood"]: "likelihood"} if "likelihood" in named else {}
-    flat = pd.DataFrame(
-        {f"{name}_{ends[one]}": wide[one][name] for name in order for one in wanted}
+    order = [*dict.fromkeys(landmark[mine].tolist())]
+    clock, row = np.unique(table.column(named["clock"])[mine], return_inverse=True)
+    column = np.array([order.index(name) for name in landmark[mine].tolist()], dtype=int)
+    _, begin, count = np.unique(
+        row * len(order) + column, return_index=True, return_counts=True
     )
-    return flat.to_csv(index_label=named["clock"]), animals
+    if (count > 1).any():
+        k = begin[np.argmax(count > 1)]
+        raise InvalidInput(
+            f"{table.source}: {order[column[k]]} is there twice at {named['clock']}"
+            f" {clock[row[k]]:g}. Are these several animals? Give them a column individual."
+        )
+    wide = np.full((clock.size, len(order), len(ends)), np.nan)
+    wide[row, column] = np.stack([table.column(name)[mine] for name in ends], axis=1)
+    columns = [f"{name}_{end}" for name in order for end in ends.values()]
+    return replace(
+        table,
+        columns=(named["clock"], *columns),
+        values=np.column_stack([clock, wide.reshape(clock.size, -1)]),
+        line=table.line[mine][np.unique(row, return_index=True)[1]],
+        notes=notes,
+        words={},
+    )
 
 
 # Motive.
@@ -661,9 +653,7 @@ def _read_motive(text: str, source: str) -> Found | None:
         if kind == "Position" and axis in "XYZ" and axis
     }
     marks = list(dict.fromkeys(name for name, _ in found))
-    values = pd.read_csv(
-        io.StringIO("\n".join(lines[start + 1 :])), header=None, names=range(len(axes))
-    ).to_numpy(dtype=float)
+    values = _parse_numbers(text, start + 1, len(axes), source).values
     scale = {"Meters": 1e3, "Centimeters": 10.0}.get(about.get("Length Units", "Meters"), 1.0)
     columns = [[found[name, axis] for axis in "XYZ"] for name in marks]
     (position,), notes = _spread_frames(values[:, 0], source, scale * values[:, columns])

@@ -16,9 +16,9 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.records import ALLOW_NAN, Choice, Ge, Gt, Le, Len, Record, Unit, show_html
 from feeler.sandbox import Limits
+from feeler.tables import Table, sniff_columns
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
-from feeler.tensors.table import Table, find_heading
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
 from feeler.tracking.trackers import (
     LENGTHS,
@@ -70,6 +70,8 @@ class Tracks(Record):
         Positions as ``position``, with those that are doubted; None where none is.
     settings : dict[str, Any]
         What feeler measured these tracks with, where they come from an NWB file that it wrote.
+    first_pixel : float
+        Coordinate of the first pixel's centre in the file, which is 0 here.
 
     Raises
     ------
@@ -89,6 +91,7 @@ class Tracks(Record):
     unfiltered: Annotated[np.ndarray, "frame landmark axis", ALLOW_NAN] | None = None
     min_likelihood: float = MIN_LIKELIHOOD
     settings: dict[str, Any] = field(default_factory=dict)
+    first_pixel: float = 0.0
 
     def _check(self) -> None:
         names = self.landmarks
@@ -249,6 +252,7 @@ def load_tracks(
         unfiltered=(found.position - first) * turn if doubted else None,
         min_likelihood=min_likelihood,
         settings=found.settings,
+        first_pixel=first,
     )
 
 
@@ -442,9 +446,24 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
     axes = "XYZ" if any((name, "Z") in found for name in names) else "XY"
     for name in names:
         _require_axes(table, found, name, name, axes)
-    position = table.values[:, [[found[name, axis] for axis in axes] for name in names]]
+    places = [[found[name, axis] for axis in axes] for name in names]
+    position = table.values[:, places]
+    for column in [table.columns[k] for row in places for k in row]:
+        again = f"{column}.1"
+        if again in table.columns and not np.array_equal(
+            table.column(column), table.column(again), equal_nan=True
+        ):
+            raise InvalidInput(
+                f"{table.source}: two columns are called {column!r}, with other numbers. Give each"
+                " its own name."
+            )
     unit = "px" if axes == "XY" else OWN_UNIT
-    if stated in LENGTHS:
+    if stated and stated not in LENGTHS:
+        raise InvalidInput(
+            f"{table.source}: its places are in {stated}; give all in px, or all in one of"
+            f" {', '.join(LENGTHS)}."
+        )
+    if stated:
         position, unit = position * LENGTHS[stated], "mm"
     sure = [
         [
@@ -611,13 +630,9 @@ def _is_tracks(path: Path, start: bytes) -> bool:
     """Whether a file may hold landmarks: HDF5, or a table with a column x and y of one point."""
     if start.startswith(HDF5) or _SCORER.search(start.removeprefix(b"\xef\xbb\xbf")):
         return True
-    if b"\0" in start:
-        return False
-    text = start.decode("utf-8-sig", "ignore")
-    if _is_export(text):
+    if _is_export(start.decode("utf-8-sig", "ignore")):
         return True
-    heading = find_heading(enumerate(text.split("\n"), 1))
-    found = _find_landmarks([] if heading is None else heading.names)[0]
+    found = _find_landmarks(sniff_columns(start))[0]
     return any((name, "Y") in found and len(name) > 1 and name != "body" for name, _ in found)
 
 
