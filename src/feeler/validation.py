@@ -186,6 +186,7 @@ class _Array:
         self.dtype = next((item for item in beside if isinstance(item, type)), float)
         self.bounds = [item for item in beside if type(item) is not str]
         self.finite = ALLOW_NAN not in beside
+        self.sizes = _find_sizes(beside)
 
     def read(self, value: Any) -> np.ndarray:
         """A read-only copy of the values, or the argument itself."""
@@ -210,6 +211,9 @@ class _Array:
             )
         if self.dims is not None and not self._fits(shape, self.dims):
             raise FieldError(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
+        if not self.sizes[0] <= (shape or (1,))[0] <= self.sizes[1]:
+            length = _say_length(self.bounds)
+            raise FieldError(f"must be an array of {length} {kind}, got shape {shape}")
         if self.bounds if self.given else array.dtype.kind in "iuf":
             self._check_range(np.asarray(array))
         return array

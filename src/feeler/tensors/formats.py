@@ -16,7 +16,7 @@ import xarray as xr
 
 from feeler.antenna.files import AntennaFile, read_antenna_file
 from feeler.errors import FeelerError, InvalidInput, require_extra
-from feeler.files import NAME, parse_json, read_start, sniff_file_type, write_atomic
+from feeler.files import NAME, parse_json, read_start, sniff_file_type, writing
 from feeler.provenance import to_jsonable
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
@@ -24,6 +24,7 @@ from feeler.tensors.schema import find_errors, raise_if_invalid
 from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
+    check_savable,
     restore,
     save_csv,
     save_mat,
@@ -78,12 +79,8 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
         name: json.dumps(to_jsonable(getattr(model, name))) for name in ("settings", "versions")
     }
     arrays = {name: np.asarray(values, order="C") for name, values in model.arrays.items()}
-    try:
-        write_atomic(Path(path), save(arrays, metadata=notes))
-    except OSError as error:
-        raise InvalidInput(
-            f"cannot write {path}: {error.strerror}. Check the folder and the room left."
-        ) from error
+    with writing(path) as part:
+        part.write_bytes(save(arrays, metadata=notes))
 
 
 def load_model(
@@ -303,10 +300,11 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
     ------
     InvalidInput
         Another ending, options that the kind lacks or does not know, or a Dataset that it cannot
-        hold.
+        hold or that :func:`load` would refuse, as it breaks the data contract.
     """
     suffix = Path(path).suffix.lower()
-    write = _find_writer(suffix)
+    form = _find_writer(suffix)
+    write: Any = form.save
     try:
         inspect.signature(write).bind(dataset, path, **options)
     except TypeError as error:
@@ -314,12 +312,16 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
         raise InvalidInput(
             f"cannot write {suffix} with these options ({error}); it takes {wanted}."
         ) from None
+    check_savable(dataset)
+    raise_if_invalid(
+        find_errors(dataset, whole=False, numbers=form.find_damage is None), dataset
+    )
     write(dataset, path, **options)
 
 
-def _find_writer(suffix: str) -> Callable[..., None]:
-    """What writes files with this ending."""
-    writers = {form.suffix: form.save for form in FORMATS.values() if form.suffix and form.save}
+def _find_writer(suffix: str) -> Format:
+    """The format that is written with this ending."""
+    writers = {form.suffix: form for form in FORMATS.values() if form.suffix and form.save}
     if suffix not in writers:
         raise InvalidInput(f"unknown ending {suffix!r}; valid: {', '.join(writers)}.")
     return writers[suffix]
@@ -327,7 +329,8 @@ def _find_writer(suffix: str) -> Callable[..., None]:
 
 def list_options(suffix: str) -> list[str]:
     """Names of the options that the writer of an ending takes."""
-    return list(inspect.signature(_find_writer(suffix)).parameters)[2:]
+    write: Any = _find_writer(suffix).save
+    return list(inspect.signature(write).parameters)[2:]
 
 
 # What a file holds, and what is wrong with it, in words.

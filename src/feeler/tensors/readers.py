@@ -103,10 +103,7 @@ def _read_nwb(file: Any) -> _Answer:
         numbers, series = content["numbers"], content["series"]
     except (KeyError, ValueError, TypeError, AttributeError) as error:
         raise InvalidInput(f"{_NO_TENSORS} {_NO_POSES}") from error
-    arrays = {
-        name: np.array([float(x) if isinstance(x, str) else x for x in item])
-        for name, item in numbers.items()
-    }
+    arrays = _read_numbers(numbers, content["rest"]["variables"])
     for name, kind in series.items():
         held = file["acquisition"]
         if name in held:
@@ -126,7 +123,7 @@ def _read_nwb(file: Any) -> _Answer:
             arrays[name], kind["dims"], kind["attributes"]
         )
     if "units" in file:
-        found = _read_units(file, float(arrays["time"][0]))
+        found = _read_units(file, float(arrays["time"][0]), int(content.get("events", 1)))
         arrays["spike_time"] = found
         content["rest"]["variables"]["spike_time"] = _describe(
             found, ["trial", "unit", "event"], {"units": "ms"}
@@ -134,14 +131,25 @@ def _read_nwb(file: Any) -> _Answer:
     return content["rest"], arrays
 
 
-def _read_units(file: Any, first: float) -> Any:
+def _read_numbers(numbers: dict[str, Any], variables: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Arrays of what JSON holds, with NaN and infinities as words."""
+    return {
+        name: np.array(
+            [float(x) if isinstance(x, str) else x for x in values],
+            np.uint64 if variables[name]["type"].endswith("u8") else None,  # none is rounded
+        )
+        for name, values in numbers.items()
+    }
+
+
+def _read_units(file: Any, first: float, n_events: int) -> Any:
     """Trains (trial, unit, event) [ms] from a table of units on the session's clock."""
     starts = file["intervals/trials/start_time"][...]
     ends = file["units/spike_times_index"][...]
     trains = np.split(file["units/spike_times"][...], ends[:-1])
     owners = [np.searchsorted(starts, train + 0.5) - 1 for train in trains]  # half of nwb.PAUSE
     counts = np.array([np.bincount(owner, minlength=starts.size) for owner in owners])
-    found = np.full((starts.size, len(trains), max(1, int(counts.max()))), np.nan)
+    found = np.full((starts.size, len(trains), max(n_events, int(counts.max()))), np.nan)
     for unit, (train, owner, many) in enumerate(zip(trains, owners, counts, strict=True)):
         place = np.arange(train.size) - np.repeat(np.cumsum(many) - many, many)
         found[owner, unit, place] = (train - starts[owner]) * 1e3 + first
@@ -224,9 +232,8 @@ def read_parquet(path: str) -> _Answer:
             " Recordings are read from CSV. Programs other than pandas drop it as they write."
         )
     content = json.loads(notes[DESCRIPTION.encode()])
-    variables, arrays = content["rest"]["variables"], {}
-    for name, values in content["numbers"].items():
-        arrays[name] = np.array([float(x) if isinstance(x, str) else x for x in values])
+    variables = content["rest"]["variables"]
+    arrays = _read_numbers(content["numbers"], variables)
     for name, entry in content["columns"].items():
         if name not in file.schema_arrow.names:
             raise InvalidInput(f"the column {name[:60]!r} is missing.")

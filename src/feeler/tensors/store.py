@@ -72,11 +72,11 @@ class _Folder(LocalStore):
 _opening = threading.Lock()
 
 
-def _open_arrays(folder: _Folder, consolidated: bool = True) -> dict[str, Any]:
+def _open_arrays(folder: _Folder) -> dict[str, Any]:
     """The arrays of trials: a file for each chunk, so that what lacks one is damaged."""
     # zarr's configuration is one for all threads: what one restores must not reach into another's
     with _opening, zarr.config.set({"array.write_empty_chunks": True}):
-        root = zarr.open_group(folder, mode="r+", use_consolidated=consolidated)
+        root = zarr.open_group(folder, mode="r+")
         arrays = {name: array for name, array in root.arrays() if array.ndim}
     return {
         name: a
@@ -202,7 +202,7 @@ class Store(AbstractContextManager):
     def _resume(self) -> None:
         about, n_trials = _read_about(self.path), len(self.finished)
         folder = _Folder(self.path)
-        arrays = _open_arrays(folder, consolidated=False)
+        arrays = _open_arrays(folder)
         finished, damage = _survey(self.path, arrays)
         count, n_stored = "number of trials", len(finished)
         stored = {count: n_stored} | about["configuration"]
@@ -222,10 +222,18 @@ class Store(AbstractContextManager):
                 if str(known) != asked:
                     old, new = json.loads(str(known)), json.loads(asked)
                     self._compare({f"trial {trial}": old}, {f"trial {trial}": new})
-        for array in arrays.values():
-            if array.shape[0] < n_trials:
+        if n_stored < n_trials:
+            held, there = (
+                {*zarr.open_group(folder, use_consolidated=how).array_keys()}
+                for how in (True, False)
+            )
+            if held != there:
+                raise InvalidInput(
+                    f"{min(held ^ there)}/zarr.json does not fit the store's own"
+                )
+            for array in arrays.values():
                 array.resize((n_trials, *array.shape[1:]))
-        _consolidate(folder)
+            _consolidate(folder)  # killed before, it is done again
 
     def _compare(self, stored: dict[str, Any], asked: dict[str, Any]) -> None:
         """Raise where they differ, with up to five of the places."""
@@ -380,16 +388,17 @@ def _save_store(
             f"a store holds trials; the Dataset has the sizes {dict(dataset.sizes)}."
         )
     configuration = {"configuration": dataset.attrs.get("configuration", "")}
+    for name, item in dataset.variables.items():
+        check_variable(name, item)
+        listed = item.dtype.kind in "UOT" and item.ndim > 1 and "trial" in item.dims
+        if name in _OWN or listed or "trial" in item.dims[1:]:
+            raise InvalidInput(
+                f"a store cannot hold {name!r} {item.dims}: of a trial it keeps numbers with"
+                f" trial as first dim, and labels called other than {', '.join(sorted(_OWN))}."
+            )
     with open_store(path, configuration, n_trials, group_size=group_size) as store:
         if store.finished.any():
             raise InvalidInput(f"{path} already holds trials. Choose a new folder.")
-        for name, item in dataset.variables.items():
-            listed = item.dtype.kind in "UOT" and item.ndim > 1 and "trial" in item.dims
-            if name in _OWN or listed or "trial" in item.dims[1:]:
-                raise InvalidInput(
-                    f"a store cannot hold {name!r} {item.dims}: of a trial it keeps numbers with"
-                    f" trial as first dim, and labels called other than {', '.join(_OWN)}."
-                )
         for start in range(0, n_trials, store.group_size):
             part = dataset.isel(trial=slice(start, start + store.group_size))
             store.append(range(start, start + part.sizes["trial"]), part)
@@ -545,7 +554,7 @@ def _find_damage(path: Path) -> list[str]:
         return [
             f"{file} (trials {first} to {last}) is missing or damaged ({words}). The command that"
             " made the store computes them again."
-            for first, last, file, words in _survey(path, _open_arrays(_Folder(path), False))[1]
+            for first, last, file, words in _survey(path, _open_arrays(_Folder(path)))[1]
         ]
 
 
@@ -563,7 +572,7 @@ def _survey(
         for start in range(0, len(finished), size):
             part = finished[start : start + size]
             file = path / name / f"c.{start // size}{'.0' * (array.ndim - 1)}"
-            if not (os.path.lexists(file) if name == _FLAGS else part.any()):
+            if not (os.path.lexists(file) if name == _FLAGS else array.size and part.any()):
                 continue
             try:
                 if file.name not in here:
