@@ -144,7 +144,7 @@ def writing(path: str | os.PathLike) -> Iterator[Path]:
         The disk is full; what was there before stays.
     """
     path = Path(path)
-    if path.exists() and not path.is_file():
+    if os.path.exists(path) and not path.is_file():
         raise InvalidInput(f"cannot write {path}: it is no file. Name a file in a folder.")
     part = (
         path.parent / f".{secrets.token_hex(4)}.part{path.suffix}"

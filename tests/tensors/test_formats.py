@@ -61,7 +61,7 @@ def test_a_set_comes_back_identical(tmp_path, whole, suffix):
 def test_units_in_netcdf_are_characters_for_octave(tmp_path, whole):
     """Its netcdf package reads no texts of variable length; others read the same as before."""
     whole = whole.assign(angle=whole["angle"].assign_attrs(units="1"))
-    save(whole, tmp_path / "set.nc")
+    save_netcdf(whole, tmp_path / "set.nc")
     with h5py.File(tmp_path / "set.nc") as file, xr.open_dataset(tmp_path / "set.nc") as plain:
         for name in complete(whole).data_vars:
             unit = file[name].attrs.get_id("units").dtype

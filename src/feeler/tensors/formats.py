@@ -202,20 +202,7 @@ class Format:
     find_damage: Callable[[Path], list[str]] | None = None
 
 
-FORMATS: Registry[Format] = Registry(
-    "format",
-    {
-        "store": "feeler.tensors.formats:STORE",
-        "zarr": "feeler.tensors.formats:ZARR",
-        "netcdf": "feeler.tensors.formats:NETCDF",
-        "nwb": "feeler.tensors.formats:NWB",
-        "mat": "feeler.tensors.formats:MAT",
-        "csv": "feeler.tensors.formats:CSV",
-        "parquet": "feeler.tensors.formats:PARQUET",
-        "antenna": "feeler.tensors.formats:ANTENNA",
-        "model": "feeler.tensors.formats:MODEL",
-    },
-)
+FORMATS: Registry[Format] = Registry("format")
 
 
 def detect(path: str | os.PathLike) -> str:
@@ -548,44 +535,6 @@ def _store() -> Any:
     return store
 
 
-STORE = Format(
-    words="store of trials (Zarr v3)",
-    suffix=".zarr",
-    detect=lambda path, start: is_store(path),
-    load=lambda path, limits, trusted: _store().read_store(path),
-    save=lambda *args, **options: _store()._save_store(*args, **options),
-    describe=lambda path: _store()._describe_store(path),
-    glance=lambda path: _store().read_store(path, first=_store().GLANCE),
-    find_damage=lambda path: _store()._find_damage(path),
-)
-ZARR = Format(
-    words="Zarr v3 group",
-    detect=lambda path, start: any((path / name).exists() for name in _ZARR),
-    load=_guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
-)
-NWB = Format(
-    words="NWB file (HDF5)",
-    suffix=".nwb",
-    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
-    load=_guarded("feeler.tensors.readers:read_hdf5"),
-    save=save_nwb,
-)
-NETCDF = Format(
-    words="NetCDF-4 file (HDF5)",
-    suffix=".nc",
-    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
-    load=_guarded("feeler.tensors.readers:read_hdf5"),
-    save=save_netcdf,
-)
-MAT = Format(
-    words="MATLAB 5 file",
-    suffix=".mat",
-    detect=_starts(b"MATLAB 5.0 MAT-file"),
-    load=_guarded("feeler.tensors.readers:read_mat"),
-    save=save_mat,
-)
-
-
 def _refuse_csv(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
     raise InvalidInput(
         f"{path.name} is one tensor as text, for other programs: feeler writes it, and reads"
@@ -593,36 +542,73 @@ def _refuse_csv(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
     )
 
 
-CSV = Format(
-    words="one tensor as CSV",
-    suffix=".csv",
-    detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
-    load=_refuse_csv,
-    save=save_csv,
-)
-
-
-PARQUET = Format(
-    words="one touch a row (Parquet)",
-    suffix=".parquet",
-    detect=_starts(b"PAR1"),
-    load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
-    save=save_parquet,
-)
-ANTENNA = Format(
-    words="antenna (TOML)",
-    kind="antenna",
-    detect=_is_antenna,
-    load=lambda path, limits, trusted: read_antenna_file(path),
-    tell=_describe_antenna,
-)
-MODEL = Format(
-    words="model (safetensors)",
-    kind="model",
-    detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
-    load=lambda path, limits, trusted: _read_model(path, limits, trusted=trusted),
-    tell=_describe_model,
-)
+for _name, _format in {
+    "store": Format(
+        words="store of trials (Zarr v3)",
+        suffix=".zarr",
+        detect=lambda path, start: is_store(path),
+        load=lambda path, limits, trusted: _store().read_store(path),
+        save=lambda *args, **options: _store()._save_store(*args, **options),
+        describe=lambda path: _store()._describe_store(path),
+        glance=lambda path: _store().read_store(path, first=_store().GLANCE),
+        find_damage=lambda path: _store()._find_damage(path),
+    ),
+    "zarr": Format(
+        words="Zarr v3 group",
+        detect=lambda path, start: any((path / name).exists() for name in _ZARR),
+        load=_guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
+    ),
+    "netcdf": Format(
+        words="NetCDF-4 file (HDF5)",
+        suffix=".nc",
+        detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
+        load=_guarded("feeler.tensors.readers:read_hdf5"),
+        save=save_netcdf,
+    ),
+    "nwb": Format(
+        words="NWB file (HDF5)",
+        suffix=".nwb",
+        detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
+        load=_guarded("feeler.tensors.readers:read_hdf5"),
+        save=save_nwb,
+    ),
+    "mat": Format(
+        words="MATLAB 5 file",
+        suffix=".mat",
+        detect=_starts(b"MATLAB 5.0 MAT-file"),
+        load=_guarded("feeler.tensors.readers:read_mat"),
+        save=save_mat,
+    ),
+    "csv": Format(
+        words="one tensor as CSV",
+        suffix=".csv",
+        detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
+        load=_refuse_csv,
+        save=save_csv,
+    ),
+    "parquet": Format(
+        words="one touch a row (Parquet)",
+        suffix=".parquet",
+        detect=_starts(b"PAR1"),
+        load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
+        save=save_parquet,
+    ),
+    "antenna": Format(
+        words="antenna (TOML)",
+        kind="antenna",
+        detect=_is_antenna,
+        load=lambda path, limits, trusted: read_antenna_file(path),
+        tell=_describe_antenna,
+    ),
+    "model": Format(
+        words="model (safetensors)",
+        kind="model",
+        detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
+        load=lambda path, limits, trusted: _read_model(path, limits, trusted=trusted),
+        tell=_describe_model,
+    ),
+}.items():
+    FORMATS.register(_name, _format)
 
 
 _MOST = 12  # columns that are listed

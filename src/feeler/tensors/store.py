@@ -11,6 +11,8 @@ import asyncio
 import json
 import math
 import os
+import secrets
+import shutil
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -382,7 +384,7 @@ def _save_store(
     dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int | None = None
 ) -> None:
     """Write a Dataset as a store, group by group; the folder must be new or empty."""
-    n_trials = dataset.sizes.get("trial", 0)
+    path, n_trials = Path(path), dataset.sizes.get("trial", 0)
     if n_trials < 1:
         raise InvalidInput(
             f"a store holds trials; the Dataset has the sizes {dict(dataset.sizes)}."
@@ -396,12 +398,24 @@ def _save_store(
                 f"a store cannot hold {name!r} {item.dims}: of a trial it keeps numbers with"
                 f" trial as first dim, and labels called other than {', '.join(sorted(_OWN))}."
             )
-    with open_store(path, configuration, n_trials, group_size=group_size) as store:
-        if store.finished.any():
-            raise InvalidInput(f"{path} already holds trials. Choose a new folder.")
-        for start in range(0, n_trials, store.group_size):
-            part = dataset.isel(trial=slice(start, start + store.group_size))
-            store.append(range(start, start + part.sizes["trial"]), part)
+    if os.path.lexists(path) and not (path.is_dir() and not os.listdir(path)):
+        raise InvalidInput(f"{path} already holds something. Choose a new folder.")
+    # under another name until it is whole: a part would look like a set of fewer trials
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with open_store(part, configuration, n_trials, group_size=group_size) as store:
+            for start in range(0, n_trials, store.group_size):
+                some = dataset.isel(trial=slice(start, start + store.group_size))
+                store.append(range(start, start + some.sizes["trial"]), some)
+        part.replace(path)
+    except OSError as error:
+        reason = (error.__cause__ or error).strerror or error
+        raise StoreError(
+            f"cannot write {path}: {reason}. Nothing of it is kept; name a folder that you may"
+            " write to, with enough room."
+        ) from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
 
 
 # Reading: stored trials as a Dataset that reads its numbers when they are used.
