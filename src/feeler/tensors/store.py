@@ -78,7 +78,7 @@ def _open_arrays(folder: _Folder) -> dict[str, Any]:
     """The arrays of trials: a file for each chunk, so that what lacks one is damaged."""
     # zarr's configuration is one for all threads: what one restores must not reach into another's
     with _opening, zarr.config.set({"array.write_empty_chunks": True}):
-        root = zarr.open_group(folder, mode="r+")
+        root: Any = zarr.open_group(folder, mode="r+")
         arrays = {name: array for name, array in root.arrays() if array.ndim}
     return {
         name: a
@@ -260,8 +260,8 @@ class Store(AbstractContextManager):
         files: dict[str, Any] = {}
         memory = MemoryStore(store_dict=files)
         made_by = {"group": self.group_size, "configuration": self._configuration}
-        attributes = {_ABOUT: {"format": FORMAT} | made_by}
-        attributes["coordinates"] = " ".join(sorted(map(str, like.coords)))
+        coordinates = " ".join(sorted(map(str, like.coords)))
+        attributes = {_ABOUT: {"format": FORMAT} | made_by, "coordinates": coordinates}
         zarr.create_group(memory, attributes=attributes | to_jsonable(dict(like.attrs)))
         own = {_FLAGS: xr.Variable("trial", np.zeros(0, bool))}
         own |= {_PARAMETERS: xr.Variable("trial", np.zeros(0, "U1"))} if self._made else {}
@@ -409,7 +409,8 @@ def _save_store(
                 store.append(range(start, start + some.sizes["trial"]), some)
         part.replace(path)
     except OSError as error:
-        reason = (error.__cause__ or error).strerror or error
+        cause: Any = error.__cause__ or error
+        reason = cause.strerror or error
         raise StoreError(
             f"cannot write {path}: {reason}. Nothing of it is kept; name a folder that you may"
             " write to, with enough room."
@@ -502,8 +503,7 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         dataset = _wrap(path, root, whole.drop_vars(_OWN, errors="ignore").drop_encoding())
         run = np.all(np.diff(rows) == 1)
         dataset = dataset.isel(trial=slice(rows[0], rows[-1] + 1) if run else rows)
-        few = rows.size <= _EAGER
-        found = {}
+        few, found = rows.size <= _EAGER, dict[Any, xr.Variable]()
         for name, item in dataset.variables.items():
             text = item.dtype.kind in "OT"
             if name in labels:

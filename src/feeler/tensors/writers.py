@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from feeler.errors import InvalidInput, require_extra
+from feeler.errors import InvalidInput, escape, require_extra
 from feeler.files import NAME, write_text, writing
 from feeler.provenance import to_jsonable
 from feeler.tensors.readers import DESCRIPTION
@@ -316,7 +316,8 @@ def save_csv(
     )
     for name, label in one.coords.items():
         if label.dims == ("trial",):
-            text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
+            words = escape(str(label.values[0])[:200])  # of one line
+            text.write(f"# {name}: {words}\n")
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     columns = [f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"])]
     table = pd.DataFrame(one[variable].values[0].T, one.time.values.astype(float), columns)
