@@ -265,3 +265,4 @@ def test_a_length_beside_an_array_holds(n):
 
 def test_an_array_of_a_right_length_is_taken():
     assert Row(values=[1.0, 2.0]).values.size == 2 and _take(np.zeros((5, 0))) == 5
+    assert _take(np.full(2, np.nan)) == 2  # a length is no range

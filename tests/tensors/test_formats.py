@@ -75,6 +75,16 @@ def test_a_tensor_as_text_is_for_other_programs(tmp_path, whole):
         load(tmp_path / "one.csv")
 
 
+def test_a_text_keeps_gaps_and_each_label_in_a_line_of_its_own(tmp_path, whole):
+    gaps = whole.assign_coords(feature=("trial", ["two\nlines"] * 8))
+    gaps = gaps.assign(angle=gaps.angle.where(gaps.time != 3.0))
+    save(gaps, tmp_path / "one.csv", trial=2)
+    lines = (tmp_path / "one.csv").read_text().split("\n")
+    assert "# feature: two\\nlines" in lines
+    heading = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    assert lines[heading + 4] == "3.0,nan,nan,nan,nan,nan"
+
+
 def test_a_mat_file_that_matlab_saved_again_is_read(tmp_path, whole):
     save(whole, tmp_path / "set.mat")
     content = {

@@ -300,9 +300,8 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
             f"cannot write {suffix} with these options ({error}); it takes {wanted}."
         ) from None
     check_savable(dataset)
-    raise_if_invalid(
-        find_errors(dataset, whole=False, numbers=form.find_damage is None), dataset
-    )
+    read = form.find_damage is None and form.load is not _refuse_csv  # with all its numbers
+    raise_if_invalid(find_errors(dataset, whole=False, numbers=read), dataset)
     write(dataset, path, **options)
 
 

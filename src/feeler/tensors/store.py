@@ -17,6 +17,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from glob import escape
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,7 +35,17 @@ from zarr.codecs import Crc32cCodec, ZstdCodec  # noqa: E402
 from zarr.core.buffer import Buffer  # noqa: E402
 from zarr.storage import LocalStore, MemoryStore  # noqa: E402
 
-from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
+from feeler.files import (  # noqa: E402
+    FULL,
+    TEMPORARY,
+    TEMPORARY_DAYS,
+    Lock,
+    explain,
+    parse_json,
+    read_bytes,
+    sweep_old,
+    write_atomic,
+)
 from feeler.provenance import to_jsonable, write_canonical  # noqa: E402
 from feeler.sandbox import MAX_TEXT  # noqa: E402
 from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
@@ -391,7 +402,6 @@ def _save_store(
         )
     configuration = {"configuration": dataset.attrs.get("configuration", "")}
     for name, item in dataset.variables.items():
-        check_variable(name, item)
         listed = item.dtype.kind in "UOT" and item.ndim > 1 and "trial" in item.dims
         if name in _OWN or listed or "trial" in item.dims[1:]:
             raise InvalidInput(
@@ -402,6 +412,7 @@ def _save_store(
         raise InvalidInput(f"{path} already holds something. Choose a new folder.")
     # under another name until it is whole: a part would look like a set of fewer trials
     part = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    sweep_old(path.parent, f".{escape(path.name)}.*", days=TEMPORARY_DAYS)  # of killed ones
     try:
         with open_store(part, configuration, n_trials, group_size=group_size) as store:
             for start in range(0, n_trials, store.group_size):
@@ -527,11 +538,8 @@ def _find_finished(path: Path) -> np.ndarray:
     """
     _read_about(path)
     finished, damage = _survey(path, _open_arrays(_Folder(path)), read=False)
-    for *_, file, words in damage:
-        raise InvalidInput(
-            f"{file} is missing or damaged ({words}). The command that made the store computes its"
-            " trials again."
-        )
+    if damage:
+        raise InvalidInput(damage[0][-1])
     return np.flatnonzero(finished)
 
 
@@ -565,18 +573,14 @@ def _find_damage(path: Path) -> list[str]:
         return []
     with _reading(path):
         _read_about(path)
-        return [
-            f"{file} (trials {first} to {last}) is missing or damaged ({words}). The command that"
-            " made the store computes them again."
-            for first, last, file, words in _survey(path, _open_arrays(_Folder(path)))[1]
-        ]
+        return [words for *_, words in _survey(path, _open_arrays(_Folder(path)))[1]]
 
 
 def _survey(
     path: Path, arrays: dict[str, Any], read: bool = True
 ) -> tuple[np.ndarray, list[tuple[int, int, Path, str]]]:
-    """Which trials are finished and undamaged; first and last trial, file, and what a library says,
-    of each file that cannot be read or, without ``read``, is not there.
+    """Which trials are finished and undamaged; first and last trial, file, and what to say, of each
+    file that cannot be read or, without ``read``, is not there.
     """
     finished, damage = np.zeros(arrays[_FLAGS].shape, bool), []
     for name, array in sorted(arrays.items(), key=lambda pair: pair[0] != _FLAGS):
@@ -594,7 +598,12 @@ def _survey(
                 values = array[start : start + size] if read or name == _FLAGS else part
                 part[:] = values if name == _FLAGS else part
             except Exception as error:  # whatever zarr says of a damaged chunk
-                damage.append((start, start + len(part) - 1, file, str(error)[:100]))
+                last = start + len(part) - 1
+                words = (
+                    f"{file} (trials {start} to {last}) is missing or damaged ({str(error)[:100]})."
+                    " The command that made the store computes them again."
+                )
+                damage.append((start, last, file, words))
                 part[:] = False
     return finished, damage
 

@@ -117,7 +117,7 @@ def check_variable(name: Any, variable: xr.Variable) -> None:
             f"a variable's name is letters, digits and _, from a letter, at most 64; got {name!r}."
         )
     if variable.dtype.kind in "UOT":
-        for text in variable.values.ravel().tolist():
+        for text in variable.values.flat:  # a list would take many times the memory
             if not isinstance(text, str) or _UNHELD.search(text):
                 raise InvalidInput(
                     f"variable {name!r} holds {text!r}; files hold numbers or texts, without the"
