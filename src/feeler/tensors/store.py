@@ -516,7 +516,7 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         dataset = dataset.isel(trial=slice(rows[0], rows[-1] + 1) if run else rows)
         few, found = rows.size <= _EAGER, dict[Any, xr.Variable]()
         for name, item in dataset.variables.items():
-            text = item.dtype.kind in "OT"
+            text = item.dtype.kind in {"O", "T"}
             if name in labels:
                 found[name] = item.copy(data=labels[name][:first])
             elif "trial" not in item.dims or (item.ndim == 1 and few):
