@@ -28,7 +28,7 @@ def test_a_file_is_whole_or_as_it_was(tmp_path):
     assert [*tmp_path.iterdir()] == [path]
 
 
-@pytest.mark.parametrize("name", ["folder", "none/a.csv", "file/a.csv", ".", "a" * 255, "pipe"])
+@pytest.mark.parametrize("name", ["folder", "none/a.csv", "file/a.csv", ".", "a" * 256, "pipe"])
 def test_what_can_be_no_file_is_named(tmp_path, name):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()

@@ -12,6 +12,7 @@ import pytest
 from feeler.errors import InvalidInput
 from feeler.provenance import to_jsonable
 from feeler.records import ALLOW_NAN, Choice, Ge, Gt, Le, Len, Lt, Record, Unit
+from feeler.validation import checked
 
 SHAPES = {"ball": 1, "box": 2}
 
@@ -242,3 +243,26 @@ def read_state(changes, lacking=()):
 def test_what_another_version_pickled_is_refused(changes, lacking):
     with pytest.raises(InvalidInput, match="another version of feeler pickled this Contact"):
         read_state(changes, lacking)
+
+
+class Row(Record):
+    values: Annotated[np.ndarray, "place", Len(2, 3)]
+
+
+@checked
+def _take(values: Annotated[np.ndarray, Len(2)]) -> int:
+    return len(values)
+
+
+@pytest.mark.parametrize("n", [0, 1, 4])
+def test_a_length_beside_an_array_holds(n):
+    with pytest.raises(InvalidInput, match=r"array of 2 to 3 numbers, got shape \(\d,\)"):
+        Row(values=np.zeros(n))
+    if n < 2:
+        with pytest.raises(InvalidInput, match="array of 2 or more numbers"):
+            _take(np.zeros(n))
+
+
+def test_an_array_of_a_right_length_is_taken():
+    assert Row(values=[1.0, 2.0]).values.size == 2 and _take(np.zeros((5, 0))) == 5
+    assert _take(np.full(2, np.nan)) == 2  # a length is no range

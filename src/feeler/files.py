@@ -144,22 +144,27 @@ def writing(path: str | os.PathLike) -> Iterator[Path]:
         The disk is full; what was there before stays.
     """
     path = Path(path)
-    if path.exists() and not path.is_file():
+    if os.path.exists(path) and not path.is_file():
         raise InvalidInput(f"cannot write {path}: it is no file. Name a file in a folder.")
-    part = path.parent / f".part.{path.name}"
+    part = (
+        path.parent / f".{secrets.token_hex(4)}.part{path.suffix}"
+    )  # others may write it, too
     try:
         yield part
         part.replace(path)
     except FeelerError:
         raise
     except OSError as error:
-        if error.errno in FULL:
+        # HDF5 hides the system's number in lines about its own inside
+        hidden = re.search(r"errno = (\d+)", str(error))
+        number = error.errno or (int(hidden[1]) if hidden else 0)
+        if number in FULL:
             size = part.stat().st_size if part.exists() else 0
             raise StoreError(
                 f"no room left for {path}, of which {size:,} bytes were written. Free some space"
                 " and do it again; what was there before is as it was."
             ) from error
-        reason = error.strerror or error
+        reason = os.strerror(number) if number else str(error).split("\n")[0][:100]
         raise InvalidInput(
             f"cannot write {path}: {reason}. Name a file in a folder that is there."
         ) from error

@@ -71,50 +71,46 @@ def name_release() -> str:
 _PLAIN = {str, int, bool, type(None)}
 
 
-def to_jsonable(value: Any) -> Any:
+def to_jsonable(value: Any, *, loose: bool = False) -> Any:
     """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their
-    ``to_plain`` says), infinities and NaN words.
+    ``to_plain`` says), infinities and NaN words. ``loose`` is as :func:`to_json` says.
     """
+    if isinstance(value, np.generic | np.ndarray) and not value.ndim:
+        return to_jsonable(value.item(), loose=loose)
     if isinstance(value, np.ndarray | list | tuple):
         items = value.tolist() if isinstance(value, np.ndarray) else value
         return [
             item
             if type(item) in _PLAIN or (type(item) is float and math.isfinite(item))
-            else to_jsonable(item)
+            else to_jsonable(item, loose=loose)
             for item in items
         ]
-    if isinstance(value, np.generic):
-        return to_jsonable(value.item())
     if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
+        return value if math.isfinite(value) else None if loose else str(value)
     if value is None or isinstance(value, str | int | bool):
         return value
     if isinstance(value, dict):
-        return dict(zip(map(str, value), to_jsonable([*value.values()]), strict=True))
+        items = to_jsonable([*value.values()], loose=loose)
+        return dict(zip(map(str, value), items, strict=True))
     if hasattr(value, "to_plain"):
-        return to_jsonable(value.to_plain())
+        return to_jsonable(value.to_plain(), loose=loose)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return to_jsonable({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
+        fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+        return to_jsonable(fields, loose=loose)
     if isinstance(value, os.PathLike):
         return os.fspath(value)
+    if loose:
+        return to_json(value.values) if hasattr(value, "values") else str(value)
     raise InvalidInput(
         f"a configuration holds numbers, texts, lists and dictionaries; got {type(value).__name__}."
     )
 
 
-def to_json(value: object) -> object:
-    """Arrays, NumPy scalars and mappings as JSON knows them; what is not a number becomes null."""
-    if hasattr(value, "values") and not isinstance(value, dict):
-        value = value.values
-    if isinstance(value, dict):
-        return {str(key): to_json(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | list | tuple):
-        return [to_json(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value if isinstance(value, str | int | float | bool | None) else str(value)
+def to_json(value: Any) -> Any:
+    """The same for files that others read: what is not a number becomes null, labelled arrays their
+    values, and what has no type of JSON its text.
+    """
+    return to_jsonable(value, loose=True)
 
 
 def write_canonical(configuration: Any) -> str:

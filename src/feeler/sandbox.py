@@ -161,8 +161,17 @@ def _ask(
 
 
 def _check_bytes(limits: Limits, plan: Iterable[tuple[str, str, list[int]]], what: str) -> None:
-    sizes = (math.prod(shape) * int(kind[-1]) for _, kind, shape in plan)
-    limits.check_bytes(sum(sizes), what)
+    """Raise where arrays are no plain numbers, or take too many bytes."""
+    n_bytes = 0
+    for name, kind, shape in plan:
+        if not _TYPE.fullmatch(kind):
+            raise InvalidInput(
+                f"{name[:60]!r} has the type {kind}; readable are numbers and texts."
+            )
+        import numpy as np  # whoever reads TOML does without
+
+        n_bytes += math.prod(shape) * np.dtype(kind).itemsize
+    limits.check_bytes(n_bytes, what)
 
 
 def answer(function: str, path: str, max_bytes: int, *words: str) -> Iterator[Any]:
@@ -172,11 +181,6 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> Iterator[An
         plan = [
             (name, item.dtype.str, list(map(int, item.shape))) for name, item in arrays.items()
         ]
-        for name, kind, _ in plan:
-            if not _TYPE.fullmatch(kind):
-                raise InvalidInput(
-                    f"{name[:60]!r} has the type {kind}; readable are numbers and texts."
-                )
         _check_bytes(Limits(max_bytes=max_bytes), plan, "it")
         text = json.dumps([content, plan], default=str)
         if len(text) > MAX_TEXT:

@@ -184,8 +184,10 @@ class _Array:
         self.given = given
         self.dims = next((text.split() for text in beside if type(text) is str), None)
         self.dtype = next((item for item in beside if isinstance(item, type)), float)
-        self.bounds = [item for item in beside if type(item) is not str]
+        lengths = [item for item in beside if isinstance(item, MinLen | MaxLen)]
+        self.bounds = [item for item in beside if type(item) is not str and item not in lengths]
         self.finite = ALLOW_NAN not in beside
+        self.sizes, self.length = _find_sizes(lengths), _say_length(lengths)
 
     def read(self, value: Any) -> np.ndarray:
         """A read-only copy of the values, or the argument itself."""
@@ -210,6 +212,8 @@ class _Array:
             )
         if self.dims is not None and not self._fits(shape, self.dims):
             raise FieldError(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
+        if not self.sizes[0] <= (shape or (1,))[0] <= self.sizes[1]:
+            raise FieldError(f"must be an array of {self.length} {kind}, got shape {shape}")
         if self.bounds if self.given else array.dtype.kind in "iuf":
             self._check_range(np.asarray(array))
         return array

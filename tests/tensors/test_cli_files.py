@@ -11,6 +11,7 @@ from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import Model, save, save_model
+from feeler.tensors.writers import save_netcdf
 
 
 def call(*arguments):
@@ -71,7 +72,8 @@ def test_the_antenna_written_is_the_preset(tmp_path, profile):
 
 def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensors):
     save(tensors, tmp_path / "good.nc")
-    save(tensors.assign_coords(source=("trial", ["simulation", "guess"])), tmp_path / "bad.nc")
+    wrong = tensors.assign_coords(source=("trial", ["simulation", "guess"]))
+    save_netcdf(wrong, tmp_path / "bad.nc")
     save(tensors, tmp_path / "set.zarr")
     assert call("validate", tmp_path / "good.nc", tmp_path / "set.zarr").exit_code == 0
     chunk = tmp_path / "set.zarr" / "angle" / "c.0.0.0"

@@ -13,7 +13,9 @@ import pytest
 import scipy.io
 import xarray as xr
 
+from feeler import sandbox
 from feeler.errors import InvalidInput
+from feeler.sandbox import Limits
 from feeler.tensors.formats import (
     FORMATS,
     Format,
@@ -27,7 +29,7 @@ from feeler.tensors.formats import (
     save,
     save_model,
 )
-from feeler.tensors.writers import complete
+from feeler.tensors.writers import complete, save_netcdf
 
 from ._sets import judge, make_set, make_trial
 
@@ -59,7 +61,7 @@ def test_a_set_comes_back_identical(tmp_path, whole, suffix):
 def test_units_in_netcdf_are_characters_for_octave(tmp_path, whole):
     """Its netcdf package reads no texts of variable length; others read the same as before."""
     whole = whole.assign(angle=whole["angle"].assign_attrs(units="1"))
-    save(whole, tmp_path / "set.nc")
+    save_netcdf(whole, tmp_path / "set.nc")
     with h5py.File(tmp_path / "set.nc") as file, xr.open_dataset(tmp_path / "set.nc") as plain:
         for name in complete(whole).data_vars:
             unit = file[name].attrs.get_id("units").dtype
@@ -71,6 +73,16 @@ def test_a_tensor_as_text_is_for_other_programs(tmp_path, whole):
     save(whole, tmp_path / "one.csv", variable="curvature", trial=3)
     with pytest.raises(InvalidInput, match=r"one\.csv is one tensor as text.*NetCDF"):
         load(tmp_path / "one.csv")
+
+
+def test_a_text_keeps_gaps_and_each_label_in_a_line_of_its_own(tmp_path, whole):
+    gaps = whole.assign_coords(feature=("trial", ["two\nlines"] * 8))
+    gaps = gaps.assign(angle=gaps.angle.where(gaps.time != 3.0))
+    save(gaps, tmp_path / "one.csv", trial=2)
+    lines = (tmp_path / "one.csv").read_text().split("\n")
+    assert "# feature: two\\nlines" in lines
+    heading = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    assert lines[heading + 4] == "3.0,nan,nan,nan,nan,nan"
 
 
 def test_a_mat_file_that_matlab_saved_again_is_read(tmp_path, whole):
@@ -262,6 +274,20 @@ def test_hostile_hdf5_is_refused(tmp_path):
             load(tmp_path / f"{name}.nc")
 
 
+@pytest.mark.parametrize("kind", ["|b1", "<i2", ">f4", "<f8", "<f2"])
+def test_an_array_is_counted_by_the_size_of_its_type(kind):
+    n_bytes = 6 * np.dtype(kind).itemsize
+    sandbox._check_bytes(Limits(max_bytes=n_bytes), [("a", kind, [2, 3])], "it")
+    with pytest.raises(InvalidInput, match="over the limit"):
+        sandbox._check_bytes(Limits(max_bytes=n_bytes - 1), [("a", kind, [2, 3])], "it")
+
+
+@pytest.mark.parametrize("kind", ["<U12", "<c16", "<m8[ns]", "|O", "|S8", "8"])
+def test_what_is_no_plain_number_is_refused_on_both_sides_of_the_guard(kind):
+    with pytest.raises(InvalidInput, match="readable are numbers and texts"):
+        sandbox._check_bytes(Limits(), [("a", kind, [2, 3])], "it")
+
+
 @pytest.mark.guarded
 def test_limits_come_from_the_environment(tmp_path, whole, monkeypatch):
     save(whole, tmp_path / "set.mat")
@@ -404,7 +430,7 @@ def test_a_file_of_ones_own_may_skip_the_guard(tmp_path, whole, suffix, monkeypa
 
 
 def test_what_is_read_must_keep_the_contract(tmp_path, whole):
-    save(whole.assign(angle=whole.angle * np.nan), tmp_path / "set.nc")
+    save_netcdf(whole.assign(angle=whole.angle * np.nan), tmp_path / "set.nc")
     with pytest.raises(InvalidInput, match="'angle' has values that are not finite"):
         load(tmp_path / "set.nc")
 

@@ -121,7 +121,7 @@ def test_stores_that_touch_makes_are_written_whole(kind, tmp_path):
 
 
 def test_what_has_no_trials_is_refused(whole, tmp_path):
-    one = whole.isel(trial=0, drop=True)
+    one = whole[["axis"]].assign(bend=("joint", [0.1, 0.2]))
     with pytest.raises(InvalidInput, match="one touch a row; this Dataset has no dim trial"):
         save(one, tmp_path / "set.parquet")
     assert not any(tmp_path.iterdir())

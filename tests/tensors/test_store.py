@@ -164,6 +164,33 @@ def test_power_may_fail_at_every_single_step(fast, monkeypatch, stride):
 
 
 @pytest.mark.long
+def test_power_may_fail_while_a_store_grows(fast):
+    fill(fast / "undisturbed.zarr")
+    whole = read_store(fast / "undisturbed.zarr")
+    for step in range(2, 40, 3):
+        path = fast / f"{step}.zarr"
+        fill(path, n_trials=3)
+
+        def child(path=path, step=step):
+            fail_at(pytest.MonkeyPatch(), step, lose_power)
+            open_store(path, CONFIGURATION, N_TRIALS).close()
+
+        os.waitpid(in_child(child), 0)
+        assert {*find_finished(path)} == {0, 1, 2}
+        fill(path)
+        xr.testing.assert_identical(read_store(path), whole)
+
+
+@pytest.mark.parametrize("name", ["location", "position"])
+def test_a_store_never_grows_without_one_of_its_arrays(path, name):
+    fill(path, n_trials=3)
+    (path / name / "zarr.json").unlink()
+    assert name in read_store(path).variables  # by what the group says of it
+    with pytest.raises(InvalidInput, match=f"{name}/zarr.json"):
+        open_store(path, CONFIGURATION, N_TRIALS)
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("stride", STRIDES)
 def test_the_disk_may_be_full_at_every_single_step(fast, monkeypatch, stride):
     steps = count_syncs(monkeypatch, fast / "undisturbed.zarr")
@@ -322,7 +349,9 @@ def damage(path, how):
 def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
     fill(path, group_size=2)
     damage(path, how)
-    with pytest.raises(InvalidInput, match=r"is damaged|c\.1\.0\.0 is missing"):
+    with pytest.raises(
+        InvalidInput, match=r"is damaged|c\.1\.0\.0 \(trials 2 to 3\) is missing"
+    ):
         read_store(path).load()
 
 

@@ -16,7 +16,7 @@ import xarray as xr
 
 from feeler.antenna.files import AntennaFile, read_antenna_file
 from feeler.errors import FeelerError, InvalidInput, require_extra
-from feeler.files import NAME, parse_json, read_start, sniff_file_type, write_atomic
+from feeler.files import NAME, parse_json, read_start, sniff_file_type, writing
 from feeler.provenance import to_jsonable
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
@@ -24,6 +24,7 @@ from feeler.tables import Table, read_table, sniff_columns
 from feeler.tensors.schema import find_errors, raise_if_invalid
 from feeler.tensors.writers import (
     MAGIC,
+    check_savable,
     restore,
     save_csv,
     save_mat,
@@ -78,12 +79,8 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
         name: json.dumps(to_jsonable(getattr(model, name))) for name in ("settings", "versions")
     }
     arrays = {name: np.asarray(values, order="C") for name, values in model.arrays.items()}
-    try:
-        write_atomic(Path(path), save(arrays, metadata=notes))
-    except OSError as error:
-        raise InvalidInput(
-            f"cannot write {path}: {error.strerror}. Check the folder and the room left."
-        ) from error
+    with writing(path) as part:
+        part.write_bytes(save(arrays, metadata=notes))
 
 
 def load_model(
@@ -205,20 +202,7 @@ class Format:
     find_damage: Callable[[Path], list[str]] | None = None
 
 
-FORMATS: Registry[Format] = Registry(
-    "format",
-    {
-        "store": "feeler.tensors.formats:STORE",
-        "zarr": "feeler.tensors.formats:ZARR",
-        "netcdf": "feeler.tensors.formats:NETCDF",
-        "nwb": "feeler.tensors.formats:NWB",
-        "mat": "feeler.tensors.formats:MAT",
-        "csv": "feeler.tensors.formats:CSV",
-        "parquet": "feeler.tensors.formats:PARQUET",
-        "antenna": "feeler.tensors.formats:ANTENNA",
-        "model": "feeler.tensors.formats:MODEL",
-    },
-)
+FORMATS: Registry[Format] = Registry("format")
 
 
 def detect(path: str | os.PathLike) -> str:
@@ -303,10 +287,11 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
     ------
     InvalidInput
         Another ending, options that the kind lacks or does not know, or a Dataset that it cannot
-        hold.
+        hold or that :func:`load` would refuse, as it breaks the data contract.
     """
     suffix = Path(path).suffix.lower()
-    write = _find_writer(suffix)
+    form = _find_writer(suffix)
+    write: Any = form.save
     try:
         inspect.signature(write).bind(dataset, path, **options)
     except TypeError as error:
@@ -314,12 +299,15 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
         raise InvalidInput(
             f"cannot write {suffix} with these options ({error}); it takes {wanted}."
         ) from None
+    check_savable(dataset)
+    read = form.find_damage is None and form.load is not _refuse_csv  # with all its numbers
+    raise_if_invalid(find_errors(dataset, whole=False, numbers=read), dataset)
     write(dataset, path, **options)
 
 
-def _find_writer(suffix: str) -> Callable[..., None]:
-    """What writes files with this ending."""
-    writers = {form.suffix: form.save for form in FORMATS.values() if form.suffix and form.save}
+def _find_writer(suffix: str) -> Format:
+    """The format that is written with this ending."""
+    writers = {form.suffix: form for form in FORMATS.values() if form.suffix and form.save}
     if suffix not in writers:
         raise InvalidInput(f"unknown ending {suffix!r}; valid: {', '.join(writers)}.")
     return writers[suffix]
@@ -327,7 +315,8 @@ def _find_writer(suffix: str) -> Callable[..., None]:
 
 def list_options(suffix: str) -> list[str]:
     """Names of the options that the writer of an ending takes."""
-    return list(inspect.signature(_find_writer(suffix)).parameters)[2:]
+    write: Any = _find_writer(suffix).save
+    return list(inspect.signature(write).parameters)[2:]
 
 
 # What a file holds, and what is wrong with it, in words.
@@ -545,44 +534,6 @@ def _store() -> Any:
     return store
 
 
-STORE = Format(
-    words="store of trials (Zarr v3)",
-    suffix=".zarr",
-    detect=lambda path, start: is_store(path),
-    load=lambda path, limits, trusted: _store().read_store(path),
-    save=lambda *args, **options: _store()._save_store(*args, **options),
-    describe=lambda path: _store()._describe_store(path),
-    glance=lambda path: _store().read_store(path, first=_store().GLANCE),
-    find_damage=lambda path: _store()._find_damage(path),
-)
-ZARR = Format(
-    words="Zarr v3 group",
-    detect=lambda path, start: any((path / name).exists() for name in _ZARR),
-    load=_guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
-)
-NWB = Format(
-    words="NWB file (HDF5)",
-    suffix=".nwb",
-    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
-    load=_guarded("feeler.tensors.readers:read_hdf5"),
-    save=save_nwb,
-)
-NETCDF = Format(
-    words="NetCDF-4 file (HDF5)",
-    suffix=".nc",
-    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
-    load=_guarded("feeler.tensors.readers:read_hdf5"),
-    save=save_netcdf,
-)
-MAT = Format(
-    words="MATLAB 5 file",
-    suffix=".mat",
-    detect=_starts(b"MATLAB 5.0 MAT-file"),
-    load=_guarded("feeler.tensors.readers:read_mat"),
-    save=save_mat,
-)
-
-
 def _refuse_csv(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
     raise InvalidInput(
         f"{path.name} is one tensor as text, for other programs: feeler writes it, and reads"
@@ -590,36 +541,73 @@ def _refuse_csv(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
     )
 
 
-CSV = Format(
-    words="one tensor as CSV",
-    suffix=".csv",
-    detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
-    load=_refuse_csv,
-    save=save_csv,
-)
-
-
-PARQUET = Format(
-    words="one touch a row (Parquet)",
-    suffix=".parquet",
-    detect=_starts(b"PAR1"),
-    load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
-    save=save_parquet,
-)
-ANTENNA = Format(
-    words="antenna (TOML)",
-    kind="antenna",
-    detect=_is_antenna,
-    load=lambda path, limits, trusted: read_antenna_file(path),
-    tell=_describe_antenna,
-)
-MODEL = Format(
-    words="model (safetensors)",
-    kind="model",
-    detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
-    load=lambda path, limits, trusted: _read_model(path, limits, trusted=trusted),
-    tell=_describe_model,
-)
+for _name, _format in {
+    "store": Format(
+        words="store of trials (Zarr v3)",
+        suffix=".zarr",
+        detect=lambda path, start: is_store(path),
+        load=lambda path, limits, trusted: _store().read_store(path),
+        save=lambda *args, **options: _store()._save_store(*args, **options),
+        describe=lambda path: _store()._describe_store(path),
+        glance=lambda path: _store().read_store(path, first=_store().GLANCE),
+        find_damage=lambda path: _store()._find_damage(path),
+    ),
+    "zarr": Format(
+        words="Zarr v3 group",
+        detect=lambda path, start: any((path / name).exists() for name in _ZARR),
+        load=_guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
+    ),
+    "netcdf": Format(
+        words="NetCDF-4 file (HDF5)",
+        suffix=".nc",
+        detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
+        load=_guarded("feeler.tensors.readers:read_hdf5"),
+        save=save_netcdf,
+    ),
+    "nwb": Format(
+        words="NWB file (HDF5)",
+        suffix=".nwb",
+        detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
+        load=_guarded("feeler.tensors.readers:read_hdf5"),
+        save=save_nwb,
+    ),
+    "mat": Format(
+        words="MATLAB 5 file",
+        suffix=".mat",
+        detect=_starts(b"MATLAB 5.0 MAT-file"),
+        load=_guarded("feeler.tensors.readers:read_mat"),
+        save=save_mat,
+    ),
+    "csv": Format(
+        words="one tensor as CSV",
+        suffix=".csv",
+        detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
+        load=_refuse_csv,
+        save=save_csv,
+    ),
+    "parquet": Format(
+        words="one touch a row (Parquet)",
+        suffix=".parquet",
+        detect=_starts(b"PAR1"),
+        load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
+        save=save_parquet,
+    ),
+    "antenna": Format(
+        words="antenna (TOML)",
+        kind="antenna",
+        detect=_is_antenna,
+        load=lambda path, limits, trusted: read_antenna_file(path),
+        tell=_describe_antenna,
+    ),
+    "model": Format(
+        words="model (safetensors)",
+        kind="model",
+        detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
+        load=lambda path, limits, trusted: _read_model(path, limits, trusted=trusted),
+        tell=_describe_model,
+    ),
+}.items():
+    FORMATS.register(_name, _format)
 
 
 _MOST = 12  # columns that are listed

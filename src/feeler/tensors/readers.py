@@ -25,6 +25,7 @@ _NO_TENSORS = "this NWB file holds no tensors by feeler."
 _POSES = "Poses are read by feeler tracks, other series with pynwb."
 _NO_POSES = "It holds no poses (ndx-pose) either; read its series with pynwb."
 _Answer = tuple[dict[str, Any], dict[str, Any]]
+_TEXT = "OSTU"  # kinds of types
 
 
 def read_hdf5(path: str) -> _Answer:
@@ -82,16 +83,15 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> _Answer:
         raise InvalidInput(_name_hdf5(file)) from error
     if not dims:
         raise InvalidInput(_name_hdf5(file))
-    named = set(str(data.attrs.get("coordinates", "")).split())
-    variables, numbers = {}, {}
-    for name, item in data.variables.items():
-        named |= set(str(item.attrs.get("coordinates", "")).split())
-        text = h5py.check_string_dtype(arrays[name].dtype)
-        values = arrays[name].asstr(errors="replace")[...] if text else arrays[name]
-        variables[name] = _describe(values, dims[name], item.attrs)
-        if not text:
-            numbers[name] = values
-    return _mark(variables, named, data.attrs), numbers
+    texts = {name for name, item in arrays.items() if h5py.check_string_dtype(item.dtype)}
+    values = {
+        name: arrays[name].asstr(errors="replace")[...] if name in texts else arrays[name]
+        for name in dims
+    }
+    return _gather(
+        {name: (values[name], dims[name], data.variables[name].attrs) for name in dims},
+        data.attrs,
+    )
 
 
 def _read_nwb(file: Any) -> _Answer:
@@ -103,10 +103,7 @@ def _read_nwb(file: Any) -> _Answer:
         numbers, series = content["numbers"], content["series"]
     except (KeyError, ValueError, TypeError, AttributeError) as error:
         raise InvalidInput(f"{_NO_TENSORS} {_NO_POSES}") from error
-    arrays = {
-        name: np.array([float(x) if isinstance(x, str) else x for x in item])
-        for name, item in numbers.items()
-    }
+    arrays = _read_numbers(numbers, content["rest"]["variables"])
     for name, kind in series.items():
         held = file["acquisition"]
         if name in held:
@@ -126,7 +123,7 @@ def _read_nwb(file: Any) -> _Answer:
             arrays[name], kind["dims"], kind["attributes"]
         )
     if "units" in file:
-        found = _read_units(file, float(arrays["time"][0]))
+        found = _read_units(file, float(arrays["time"][0]), int(content.get("events", 1)))
         arrays["spike_time"] = found
         content["rest"]["variables"]["spike_time"] = _describe(
             found, ["trial", "unit", "event"], {"units": "ms"}
@@ -134,14 +131,25 @@ def _read_nwb(file: Any) -> _Answer:
     return content["rest"], arrays
 
 
-def _read_units(file: Any, first: float) -> Any:
+def _read_numbers(numbers: dict[str, Any], variables: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Arrays of what JSON holds, with NaN and infinities as words."""
+    return {
+        name: np.array(
+            [float(x) if isinstance(x, str) else x for x in values],
+            np.uint64 if variables[name]["type"].endswith("u8") else None,  # none is rounded
+        )
+        for name, values in numbers.items()
+    }
+
+
+def _read_units(file: Any, first: float, n_events: int) -> Any:
     """Trains (trial, unit, event) [ms] from a table of units on the session's clock."""
     starts = file["intervals/trials/start_time"][...]
     ends = file["units/spike_times_index"][...]
     trains = np.split(file["units/spike_times"][...], ends[:-1])
     owners = [np.searchsorted(starts, train + 0.5) - 1 for train in trains]  # half of nwb.PAUSE
     counts = np.array([np.bincount(owner, minlength=starts.size) for owner in owners])
-    found = np.full((starts.size, len(trains), max(1, int(counts.max()))), np.nan)
+    found = np.full((starts.size, len(trains), max(n_events, int(counts.max()))), np.nan)
     for unit, (train, owner, many) in enumerate(zip(trains, owners, counts, strict=True)):
         place = np.arange(train.size) - np.repeat(np.cumsum(many) - many, many)
         found[owner, unit, place] = (train - starts[owner]) * 1e3 + first
@@ -166,20 +174,15 @@ def read_zarr(path: str) -> _Answer:
             " again: dataset.to_zarr(path, zarr_format=3)."
         )
     group = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
-    attributes = group.attrs.asdict()
-    named = set(str(attributes.pop("coordinates", "")).split())
-    variables, arrays = {}, {}
-    for name, item in group.arrays():
-        own = item.attrs.asdict()
-        named |= set(str(own.get("coordinates", "")).split())
-        text = item.dtype.kind not in "biuf"
-        values = item[...] if text else item
-        variables[name] = _describe(
-            values, getattr(item.metadata, "dimension_names", None) or (), own
+    held = {
+        name: (
+            item[...] if item.dtype.kind in _TEXT else item,
+            getattr(item.metadata, "dimension_names", None) or (),
+            item.attrs.asdict(),
         )
-        if not text:
-            arrays[name] = item
-    return _mark(variables, named, attributes), arrays
+        for name, item in group.arrays()
+    }
+    return _gather(held, group.attrs.asdict())
 
 
 def read_mat(path: str) -> _Answer:
@@ -224,9 +227,8 @@ def read_parquet(path: str) -> _Answer:
             " Recordings are read from CSV. Programs other than pandas drop it as they write."
         )
     content = json.loads(notes[DESCRIPTION.encode()])
-    variables, arrays = content["rest"]["variables"], {}
-    for name, values in content["numbers"].items():
-        arrays[name] = np.array([float(x) if isinstance(x, str) else x for x in values])
+    variables = content["rest"]["variables"]
+    arrays = _read_numbers(content["numbers"], variables)
     for name, entry in content["columns"].items():
         if name not in file.schema_arrow.names:
             raise InvalidInput(f"the column {name[:60]!r} is missing.")
@@ -256,7 +258,7 @@ def read_safetensors(path: str) -> _Answer:
 
 def _describe(values: Any, dims: Any, attributes: Any) -> dict[str, Any]:
     """One entry of the JSON; texts stand in it themselves."""
-    text = values.dtype.kind not in "biuf"
+    text = values.dtype.kind in _TEXT
     entry = {
         "dims": list(dims),
         "shape": list(map(int, values.shape)),
@@ -282,14 +284,20 @@ def _plain(value: Any) -> Any:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
-def _mark(variables: dict[str, Any], named: set[str], attributes: Any) -> dict[str, Any]:
-    """The whole JSON; a coordinate is what is called one, or has the name of its dim."""
+def _gather(held: dict[str, tuple[Any, Any, Any]], attributes: Any) -> _Answer:
+    """The whole JSON, and the numbers, of variables with their dims and attributes; a coordinate is
+    what is called one, or has the name of its dim.
+    """
+    variables = {name: _describe(*parts) for name, parts in held.items()}
+    owners = [attributes, *(own for *_, own in held.values())]
+    named = {name for one in owners for name in str(one.get("coordinates", "")).split()}
     for name, entry in variables.items():
         entry["coordinate"] = name in named or entry["dims"] == [name]
     plain = {
         name: _plain(value) for name, value in dict(attributes).items() if name != "coordinates"
     }
-    return {"variables": variables, "attributes": plain}
+    numbers = {name: parts[0] for name, parts in held.items() if "texts" not in variables[name]}
+    return {"variables": variables, "attributes": plain}, numbers
 
 
 # What the guard's process does with a pose tracker's HDF5 file: SLEAP's, DeepLabCut's,

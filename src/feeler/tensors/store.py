@@ -11,10 +11,13 @@ import asyncio
 import json
 import math
 import os
+import secrets
+import shutil
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from glob import escape
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,7 +35,17 @@ from zarr.codecs import Crc32cCodec, ZstdCodec  # noqa: E402
 from zarr.core.buffer import Buffer  # noqa: E402
 from zarr.storage import LocalStore, MemoryStore  # noqa: E402
 
-from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
+from feeler.files import (  # noqa: E402
+    FULL,
+    TEMPORARY,
+    TEMPORARY_DAYS,
+    Lock,
+    explain,
+    parse_json,
+    read_bytes,
+    sweep_old,
+    write_atomic,
+)
 from feeler.provenance import to_jsonable, write_canonical  # noqa: E402
 from feeler.sandbox import MAX_TEXT  # noqa: E402
 from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
@@ -55,33 +68,34 @@ _LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 GLANCE = 512  # trials that `feeler info` looks at
 _EAGER = 65_536  # [C] trials, above which labels are read when they are used
 _MAX_DIFFERENCES = 5
-_EMPTY = "the store {} holds no finished trial yet. Let the simulation go on."
 
 
-class _DurableFolder(LocalStore):
+class _Folder(LocalStore):
     """A folder of Zarr files, each whole or absent, and on the disk when it has been written."""
+
+    n_bytes = 0  # that were written
 
     async def set(self, key: str, value: Buffer) -> None:
         path = self.root / key
         path.parent.mkdir(parents=True, exist_ok=True)
         await asyncio.to_thread(write_atomic, path, value.to_bytes())
+        self.n_bytes += len(value)
 
 
 _opening = threading.Lock()
 
 
-def _open_arrays(path: Path, consolidated: bool = True) -> dict[str, Any]:
-    """The arrays of trials, to be written: a file for each chunk, so that what lacks one is
-    damaged.
-    """
+def _open_arrays(folder: _Folder) -> dict[str, Any]:
+    """The arrays of trials: a file for each chunk, so that what lacks one is damaged."""
     # zarr's configuration is one for all threads: what one restores must not reach into another's
     with _opening, zarr.config.set({"array.write_empty_chunks": True}):
-        root = zarr.open_group(_DurableFolder(path), mode="r+", use_consolidated=consolidated)
-        return {name: array for name, array in root.arrays() if _is_of_trials(array)}
-
-
-def _is_of_trials(array: Any) -> bool:
-    return tuple(array.metadata.dimension_names or ())[:1] == ("trial",)
+        root: Any = zarr.open_group(folder, mode="r+")
+        arrays = {name: array for name, array in root.arrays() if array.ndim}
+    return {
+        name: a
+        for name, a in arrays.items()
+        if (a.metadata.dimension_names or "?")[0] == "trial"
+    }
 
 
 def _write(array: Any, indices: Sequence[int], values: np.ndarray) -> None:
@@ -91,13 +105,6 @@ def _write(array: Any, indices: Sequence[int], values: np.ndarray) -> None:
         array[indices[run[0]] : indices[run[-1]] + 1] = values[run]
 
 
-def _find_chunks(path: Path, array: Any, rows: Any) -> list[Path]:
-    """The files that hold some trials of an array."""
-    size = (array.shards or array.chunks)[0]
-    numbers = np.unique(np.asarray(rows) // size)
-    return [path / array.basename / f"c.{n}{'.0' * (array.ndim - 1)}" for n in numbers]
-
-
 def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     """Write the numbers of trials into a store, without counting them as finished; any worker may
     do so that sees the folder, if no other writes trials of the same group.
@@ -105,7 +112,7 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     Returns
     -------
     int
-        Bytes that the shards of the group take.
+        Bytes that were written.
 
     Raises
     ------
@@ -120,13 +127,12 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     state = (
         f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe"
     )
-    n_bytes = 0
+    folder = _Folder(path)
     with explain(path, state):
-        for name, array in _open_arrays(path).items():
+        for name, array in _open_arrays(folder).items():
             if array.ndim > 1:
                 _write(array, indices, trials[name].values)
-                n_bytes += sum(f.stat().st_size for f in _find_chunks(path, array, indices))
-    return n_bytes
+    return folder.n_bytes
 
 
 @checked
@@ -208,32 +214,39 @@ class Store(AbstractContextManager):
 
     def _resume(self) -> None:
         about, n_trials = _read_about(self.path), len(self.finished)
-        arrays = _open_arrays(self.path, consolidated=False)
-        flags = arrays[_FLAGS]
-        count, n_stored = "number of trials", flags.shape[0]
+        folder = _Folder(self.path)
+        arrays = _open_arrays(folder)
+        finished, damage = _survey(self.path, arrays)
+        count, n_stored = "number of trials", len(finished)
         stored = {count: n_stored} | about["configuration"]
         self._compare(stored, {count: min(n_stored, n_trials)} | self._configuration)
-        self.group_size = about["group"]
-        damage = list(_list_damage(self.path, arrays))
+        self.group_size, self.finished[:n_stored] = about["group"], finished
         text = "trials of the store will be computed again, as files are missing or damaged."
         for first, last, file, _ in damage:
             named = f"These are trials {first} to {last}, in {file}."
             warnings.warn(DetailedWarning(text, named), stacklevel=6)
             file.unlink(missing_ok=True)  # of a damaged chunk no part can be written
-        self.finished[:n_stored] = flags[:]
         for first, last, *_ in damage:
-            self.finished[first : last + 1] = flags[first : last + 1] = False
+            arrays[_FLAGS][first : last + 1] = finished[first : last + 1]
         if _PARAMETERS in arrays and self._made:
-            known = arrays[_PARAMETERS][:]
-            for trial in np.flatnonzero(self.finished).tolist():
+            rows = np.flatnonzero(finished).tolist()
+            for trial, known in zip(rows, arrays[_PARAMETERS].oindex[rows], strict=True):
                 asked = write_canonical(self._made(trial))
-                if str(known[trial]) != asked:
-                    old, new = json.loads(str(known[trial])), json.loads(asked)
+                if str(known) != asked:
+                    old, new = json.loads(str(known)), json.loads(asked)
                     self._compare({f"trial {trial}": old}, {f"trial {trial}": new})
         if n_stored < n_trials:
+            held, there = (
+                {*zarr.open_group(folder, use_consolidated=how).array_keys()}
+                for how in (True, False)
+            )
+            if held != there:
+                raise InvalidInput(
+                    f"{min(held ^ there)}/zarr.json does not fit the store's own"
+                )
             for array in arrays.values():
                 array.resize((n_trials, *array.shape[1:]))
-            _consolidate(_DurableFolder(self.path))
+            _consolidate(folder)  # killed before, it is done again
 
     def _compare(self, stored: dict[str, Any], asked: dict[str, Any]) -> None:
         """Raise where they differ, with up to five of the places."""
@@ -257,21 +270,18 @@ class Store(AbstractContextManager):
             return
         files: dict[str, Any] = {}
         memory = MemoryStore(store_dict=files)
-        about = {
-            "format": FORMAT,
-            "group": self.group_size,
-            "configuration": self._configuration,
-        }
-        attributes = {_ABOUT: about, "coordinates": " ".join(sorted(map(str, like.coords)))}
+        made_by = {"group": self.group_size, "configuration": self._configuration}
+        coordinates = " ".join(sorted(map(str, like.coords)))
+        attributes = {_ABOUT: {"format": FORMAT} | made_by, "coordinates": coordinates}
         zarr.create_group(memory, attributes=attributes | to_jsonable(dict(like.attrs)))
         own = {_FLAGS: xr.Variable("trial", np.zeros(0, bool))}
         own |= {_PARAMETERS: xr.Variable("trial", np.zeros(0, "U1"))} if self._made else {}
-        for name, item in [*like.variables.items(), *own.items()]:
+        for name, item in (dict(like.variables) | own).items():
             _create_array(memory, name, item, len(self.finished), self.group_size)
         _consolidate(memory)
         with explain(self.path):
             # the group's own file comes last: with it the folder is a store
-            for name in sorted(files, key=lambda name: name == "zarr.json"):
+            for name in sorted(files, key="zarr.json".__eq__):
                 (self.path / name).parent.mkdir(exist_ok=True)
                 write_atomic(self.path / name, files[name].to_bytes())
 
@@ -297,7 +307,7 @@ class Store(AbstractContextManager):
             f" {self.finished.sum()} finished ones are safe"
         )
         with explain(self.path, state):
-            arrays = self._arrays = self._arrays or _open_arrays(self.path)
+            arrays = self._arrays = self._arrays or _open_arrays(_Folder(self.path))
             for name, item in trials.variables.items():
                 if item.dims == ("trial",):
                     _write(arrays[str(name)], indices, item.values)
@@ -385,25 +395,39 @@ def _save_store(
     dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int | None = None
 ) -> None:
     """Write a Dataset as a store, group by group; the folder must be new or empty."""
-    n_trials = dataset.sizes.get("trial", 0)
+    path, n_trials = Path(path), dataset.sizes.get("trial", 0)
     if n_trials < 1:
         raise InvalidInput(
             f"a store holds trials; the Dataset has the sizes {dict(dataset.sizes)}."
         )
     configuration = {"configuration": dataset.attrs.get("configuration", "")}
-    with open_store(path, configuration, n_trials, group_size=group_size) as store:
-        if store.finished.any():
-            raise InvalidInput(f"{path} already holds trials. Choose a new folder.")
-        for name, item in dataset.variables.items():
-            listed = item.dtype.kind in "UOT" and item.ndim > 1 and "trial" in item.dims
-            if name in _OWN or listed or "trial" in item.dims[1:]:
-                raise InvalidInput(
-                    f"a store cannot hold {name!r} {item.dims}: of a trial it keeps numbers with"
-                    f" trial as first dim, and labels called other than {', '.join(_OWN)}."
-                )
-        for start in range(0, n_trials, store.group_size):
-            part = dataset.isel(trial=slice(start, start + store.group_size))
-            store.append(range(start, start + part.sizes["trial"]), part)
+    for name, item in dataset.variables.items():
+        listed = item.dtype.kind in "UOT" and item.ndim > 1 and "trial" in item.dims
+        if name in _OWN or listed or "trial" in item.dims[1:]:
+            raise InvalidInput(
+                f"a store cannot hold {name!r} {item.dims}: of a trial it keeps numbers with"
+                f" trial as first dim, and labels called other than {', '.join(sorted(_OWN))}."
+            )
+    if os.path.lexists(path) and not (path.is_dir() and not os.listdir(path)):
+        raise InvalidInput(f"{path} already holds something. Choose a new folder.")
+    # under another name until it is whole: a part would look like a set of fewer trials
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    sweep_old(path.parent, f".{escape(path.name)}.*", days=TEMPORARY_DAYS)  # of killed ones
+    try:
+        with open_store(part, configuration, n_trials, group_size=group_size) as store:
+            for start in range(0, n_trials, store.group_size):
+                some = dataset.isel(trial=slice(start, start + store.group_size))
+                store.append(range(start, start + some.sizes["trial"]), some)
+        part.replace(path)
+    except OSError as error:
+        cause: Any = error.__cause__ or error
+        reason = cause.strerror or error
+        raise StoreError(
+            f"cannot write {path}: {reason}. Nothing of it is kept; name a folder that you may"
+            " write to, with enough room."
+        ) from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
 
 
 # Reading: stored trials as a Dataset that reads its numbers when they are used.
@@ -434,25 +458,6 @@ def _reading(path: Path, what: str = "it") -> Iterator[None]:
             f"{path}: {what} is damaged ({str(error)[:150]}). feeler validate names the trials,"
             " and the command that made the store computes them again."
         ) from error
-
-
-def _open(path: Path) -> xr.Dataset:
-    """All trials of a store, finished or not, lazily."""
-    plain = xr.open_zarr(path, chunks=None, mask_and_scale=False, decode_times=False)
-    del plain.attrs[_ABOUT]
-    return _load(plain, [n for n, item in plain.variables.items() if "trial" not in item.dims])
-
-
-def _load(dataset: xr.Dataset, names: Iterable[Any]) -> xr.Dataset:
-    """The Dataset with these variables in memory, and texts in NumPy's usual type."""
-    found = {}
-    for name in names:
-        item = dataset.variables[name]
-        text = item.dtype.kind in {"O", "T"}
-        found[name] = (
-            item.copy(data=np.array(item.values.tolist(), str)) if text else item.load()
-        )
-    return dataset.assign(found)
 
 
 class _Numbers(BackendArray):
@@ -493,63 +498,65 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         No store, no finished trial, or damaged.
     """
     path = Path(path)
-    if is_old_store(path):
-        return _read_old(path)
-    if not is_store(path) and not (path / _FLAGS / "lock").exists():
-        raise InvalidInput(f"{path} is no store of feeler.")
+    empty = f"the store {path} holds no finished trial yet. Let the simulation go on."
+    if not is_store(path):
+        begun = (path / _FLAGS / "lock").exists()
+        raise InvalidInput(empty if begun else f"{path} is no store of feeler.")
     with _reading(path):
-        rows = np.zeros(0, int)
-        if (path / "zarr.json").exists():
-            _read_about(path)
-            root: Any = zarr.open_group(path, mode="r")
-            rows = np.flatnonzero(root[_FLAGS][:])[:first]
+        old = is_old_store(path)
+        rows, labels, made = _read_records(path) if old else (_find_finished(path), {}, [])
+        rows = rows[:first]
         if not rows.size:
-            raise InvalidInput(_EMPTY.format(path))
-        for _, array in root.arrays():
-            if _is_of_trials(array):
-                _check_files(path, array, rows)
-        whole = _open(path)
-        dataset = _pick(path, whole.drop_vars(_OWN, errors="ignore"), root, rows)
-        labels = [name for name, item in dataset.variables.items() if item.dims == ("trial",)]
-        dataset = (_load(dataset, labels) if rows.size <= _EAGER else dataset).drop_encoding()
-        if _PARAMETERS in whole and rows.size <= MAX_LISTED:
-            made = [json.loads(text) for text in whole[_PARAMETERS].values[rows]]
-            dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
+            raise InvalidInput(empty)
+        root: Any = zarr.open_group(path, mode="r")
+        whole = xr.open_zarr(path, chunks=None, mask_and_scale=False, decode_times=False)
+        del whole.attrs[_ABOUT]
+        dataset = _wrap(path, root, whole.drop_vars(_OWN, errors="ignore").drop_encoding())
+        run = np.all(np.diff(rows) == 1)
+        dataset = dataset.isel(trial=slice(rows[0], rows[-1] + 1) if run else rows)
+        few, found = rows.size <= _EAGER, dict[Any, xr.Variable]()
         for name, item in dataset.variables.items():
-            if item.dtype.kind in "UOT":
-                item.encoding["dtype"] = np.dtypes.StringDType()  # what Zarr v3 defines
-            elif item.ndim > 1 and name in root and item.dims[0] == "trial":
-                item.encoding |= {key: getattr(root[name], key) for key in ("chunks", "shards")}
-        return dataset
+            text = item.dtype.kind in {"O", "T"}
+            if name in labels:
+                found[name] = item.copy(data=labels[name][:first])
+            elif "trial" not in item.dims or (item.ndim == 1 and few):
+                found[name] = (
+                    item.copy(data=np.array(item.values.tolist(), str)) if text else item.load()
+                )
+            if text:
+                found.get(name, item).encoding["dtype"] = np.dtypes.StringDType()  # of Zarr v3
+        if _PARAMETERS in root and rows.size <= MAX_LISTED:
+            made = [json.loads(str(text)) for text in root[_PARAMETERS].oindex[rows]]
+        if made and rows.size <= MAX_LISTED:
+            dataset.attrs["trials"] = json.dumps(made[:first], sort_keys=True)
+        return dataset.assign(found)
 
 
-def _check_files(path: Path, array: Any, rows: np.ndarray) -> None:
-    """Raise where a chunk is missing, which Zarr would read as NaN, or is a link, which may lead
-    anywhere.
+def _find_finished(path: Path) -> np.ndarray:
+    """Numbers of the trials that are on the disk; a missing file, which Zarr would read as NaN, and
+    a link, which may lead anywhere, are refused.
     """
-    entries = os.scandir(path / array.basename)
-    here = {entry.name for entry in entries if entry.is_file(follow_symlinks=False)}
-    for file in _find_chunks(path, array, rows):
-        if file.name not in here:
-            raise InvalidInput(
-                f"{file} is missing. The command that made the store computes its trials again."
-            )
+    _read_about(path)
+    finished, damage = _survey(path, _open_arrays(_Folder(path)), read=False)
+    if damage:
+        raise InvalidInput(damage[0][-1])
+    return np.flatnonzero(finished)
 
 
-def _pick(path: Path, dataset: xr.Dataset, root: Any, rows: np.ndarray) -> xr.Dataset:
-    """These trials, with numbers that are read when they are used."""
+def _wrap(path: Path, root: Any, whole: xr.Dataset) -> xr.Dataset:
+    """All trials, with numbers that are read when they are used, and with curvature."""
     found = {}
-    for name, item in dataset.variables.items():
+    for name, item in whole.variables.items():
         if item.dims[:1] == ("trial",) and item.ndim > 1:
-            numbers = indexing.LazilyIndexedArray(_Numbers(path, root[name]))
-            found[name] = xr.Variable(item.dims, numbers, item.attrs)
-    if "angle" in found and "curvature" not in found and "segment_length" in dataset:
-        length, quantity = dataset["segment_length"].values, QUANTITIES["curvature"]
-        numbers = indexing.LazilyIndexedArray(_Numbers(path, root["angle"], length))
+            lazy = indexing.LazilyIndexedArray(_Numbers(path, root[name]))
+            kept = {"chunks": root[name].chunks, "shards": root[name].shards}
+            found[name] = xr.Variable(item.dims, lazy, item.attrs, kept)
+    if "angle" in found and "curvature" not in found and "segment_length" in whole:
+        length, quantity = whole["segment_length"].values, QUANTITIES["curvature"]
+        lazy = indexing.LazilyIndexedArray(_Numbers(path, root["angle"], length))
         attrs = {"units": quantity.unit, "long_name": quantity.meaning}
-        found["curvature"] = xr.Variable(found["angle"].dims, numbers, attrs)
-    run = np.all(np.diff(rows) == 1)
-    return dataset.assign(found).isel(trial=slice(rows[0], rows[-1] + 1) if run else rows)
+        found["curvature"] = xr.Variable(found["angle"].dims, lazy, attrs)
+    return whole.assign(found)
 
 
 def _describe_store(path: Path) -> list[str]:
@@ -566,59 +573,53 @@ def _find_damage(path: Path) -> list[str]:
         return []
     with _reading(path):
         _read_about(path)
-        return [
-            f"{file} (trials {first} to {last}) is missing or damaged ({words}). The command that"
-            " made the store computes them again."
-            for first, last, file, words in _list_damage(path, _open_arrays(path, False))
-        ]
+        return [words for *_, words in _survey(path, _open_arrays(_Folder(path)))[1]]
 
 
-def _list_damage(path: Path, arrays: dict) -> Iterator[tuple[int, int, Path, str]]:
-    """First and last trial, file, and what a library says, of each file that cannot be read."""
-    finished = np.zeros(arrays[_FLAGS].shape, bool)
+def _survey(
+    path: Path, arrays: dict[str, Any], read: bool = True
+) -> tuple[np.ndarray, list[tuple[int, int, Path, str]]]:
+    """Which trials are finished and undamaged; first and last trial, file, and what to say, of each
+    file that cannot be read or, without ``read``, is not there.
+    """
+    finished, damage = np.zeros(arrays[_FLAGS].shape, bool), []
     for name, array in sorted(arrays.items(), key=lambda pair: pair[0] != _FLAGS):
         size = (array.shards or array.chunks)[0]
+        entries = os.scandir(path / name)
+        here = {entry.name for entry in entries if entry.is_file(follow_symlinks=False)}
         for start in range(0, len(finished), size):
-            part, (file,) = finished[start : start + size], _find_chunks(path, array, [start])
-            if not (file.exists() if name == _FLAGS else part.any()):
+            part = finished[start : start + size]
+            file = path / name / f"c.{start // size}{'.0' * (array.ndim - 1)}"
+            if not (os.path.lexists(file) if name == _FLAGS else array.size and part.any()):
                 continue
             try:
-                if file.is_symlink() or not file.is_file():
+                if file.name not in here:
                     raise FileNotFoundError("no such file, or a link")
-                values = array[start : start + size]
-            except Exception as error:  # whatever zarr says of a damaged chunk
-                yield start, start + len(part) - 1, file, str(error)[:100]
-                part[:] = False
-            else:
+                values = array[start : start + size] if read or name == _FLAGS else part
                 part[:] = values if name == _FLAGS else part
+            except Exception as error:  # whatever zarr says of a damaged chunk
+                last = start + len(part) - 1
+                words = (
+                    f"{file} (trials {start} to {last}) is missing or damaged ({str(error)[:100]})."
+                    " The command that made the store computes them again."
+                )
+                damage.append((start, last, file, words))
+                part[:] = False
+    return finished, damage
 
 
 # Stores of feeler 0.3, for one release: the records in their folder ``progress`` say which trials
 # are finished, and hold their labels.
 
 
-def _read_old(path: Path) -> xr.Dataset:
-    """The finished trials of a store of feeler 0.3."""
-    with _reading(path):
-        files = sorted((path / "progress").glob("[0-9]*.json"))
-        records = [json.loads(file.read_text(encoding="utf-8")) for file in files]
-        rows = np.array([trial for record in records for trial in record["trials"]], int)
-        if not rows.size:
-            raise InvalidInput(_EMPTY.format(path))
-        kinds = json.loads((path / "progress" / "store.json").read_text())["layout"]["labels"]
-        whole = _open(path).drop_vars(_FLAGS)
-        labels = {
-            name: xr.Variable(
-                "trial",
-                np.array([value for one in records for value in one["labels"][name]], kind),
-                whole[name].attrs,
-            )
-            for name, kind in kinds.items()
-        }
-        root = zarr.open_group(path, mode="r")
-        dataset = _pick(path, whole.drop_vars([*labels]), root, rows).assign(labels)
-        dataset = dataset.set_coords([name for name in labels if name in whole.coords])
-        made = [one for record in records for one in record["made"]]
-        if 0 < len(made) == rows.size <= MAX_LISTED:
-            dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
-        return dataset.drop_encoding()
+def _read_records(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], list[Any]]:
+    """Numbers, labels and parameters of the finished trials of a store of feeler 0.3."""
+    files = sorted((path / "progress").glob("[0-9]*.json"))
+    records = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    kinds = json.loads((path / "progress" / "store.json").read_text())["layout"]["labels"]
+    labels = {
+        name: np.array([value for one in records for value in one["labels"][name]], kind)
+        for name, kind in kinds.items()
+    }
+    rows = np.array([trial for record in records for trial in record["trials"]], int)
+    return rows, labels, [one for record in records for one in record["made"]]

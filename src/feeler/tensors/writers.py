@@ -7,8 +7,8 @@ import math
 import os
 import re
 import shutil
+from collections.abc import Iterable
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from feeler.errors import InvalidInput, require_extra
-from feeler.files import NAME, write_atomic, writing
+from feeler.errors import InvalidInput, escape, require_extra
+from feeler.files import NAME, write_text, writing
 from feeler.provenance import to_jsonable
 from feeler.tensors.readers import DESCRIPTION
 
@@ -32,6 +32,8 @@ REQUIRED = {
     "licence": "not stated",
 }
 """Attributes that every file carries, with what stands where the producer said nothing."""
+_RESERVED = ("coordinates", "feeler_store", DESCRIPTION, "_FillValue")
+_UNHELD = re.compile("[\0\ud800-\udfff]")
 
 
 def complete(dataset: xr.Dataset) -> xr.Dataset:
@@ -76,12 +78,51 @@ def _describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
     return {"rest": json.loads(describe(dataset)), "numbers": numbers}
 
 
+def check_savable(dataset: xr.Dataset) -> None:
+    """Raise where a Dataset holds what would not come back from a file as it is."""
+    for name, variable in dataset.variables.items():
+        check_variable(name, variable)
+    for owner, attributes in [("the Dataset", dataset.attrs)] + [
+        (repr(name), item.attrs) for name, item in dataset.variables.items()
+    ]:
+        for name, value in attributes.items():
+            if not isinstance(name, str) or name in _RESERVED or "\0" in name:
+                raise InvalidInput(
+                    f"{owner} has an attribute {name!r}; names of attributes are texts, other than"
+                    f" {', '.join(_RESERVED)}, which files use themselves."
+                )
+            try:
+                text = json.dumps(
+                    value, allow_nan=False, ensure_ascii=False, default=_make_plain
+                )
+                if "\\u0000" in text:
+                    raise ValueError("a character NUL")
+                text.encode()
+            except ValueError as error:
+                raise InvalidInput(
+                    f"{owner} has an attribute {name!r} that files cannot hold"
+                    f" ({str(error)[:80]}); they hold texts, finite numbers, lists and tables."
+                ) from error
+
+
+def _make_plain(value: Any) -> Any:
+    """Arrays and NumPy's numbers as Python's, NaN among them; all else as in a configuration."""
+    return value.tolist() if hasattr(value, "tolist") else to_jsonable(value)
+
+
 def check_variable(name: Any, variable: xr.Variable) -> None:
     """Raise where a variable cannot be written to every format."""
     if not (isinstance(name, str) and NAME.fullmatch(name)):
         raise InvalidInput(
             f"a variable's name is letters, digits and _, from a letter, at most 64; got {name!r}."
         )
+    if variable.dtype.kind in "UOT":
+        for text in variable.values.flat:  # a list would take many times the memory
+            if not isinstance(text, str) or _UNHELD.search(text):
+                raise InvalidInput(
+                    f"variable {name!r} holds {text!r}; files hold numbers or texts, without the"
+                    " character NUL and halves of characters."
+                )
     if variable.dtype.kind not in "biufUOT" or (
         variable.dtype.kind == "f" and variable.dtype.itemsize not in (4, 8)
     ):
@@ -160,7 +201,7 @@ def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
     import h5py
 
-    path, dataset = Path(path), complete(dataset)
+    dataset = complete(dataset)
     description = describe(dataset)
     plain = dataset.copy(deep=False)
     plain.attrs = {
@@ -173,24 +214,14 @@ def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         variable.attrs = _attributes(variable.attrs)
         variable.encoding = {}
         encoding[str(name)] = {"_FillValue": None} if variable.dtype.kind == "f" else {}
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        free = shutil.disk_usage(path.parent).free
-        if (
-            free < dataset.nbytes
-        ):  # HDF5 may crash the process where the room ends while it writes
+    with writing(path) as part:
+        # HDF5 may crash the process where the room ends while it writes
+        if shutil.disk_usage(part.parent).free < dataset.nbytes:
             raise OSError(errno.ENOSPC, "")
-        plain.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
-        with h5py.File(temporary, "r+") as file:
+        plain.to_netcdf(part, engine="h5netcdf", encoding=encoding)
+        with h5py.File(part, "r+") as file:
             for variable in file.values():
                 _fix_length(variable)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InvalidInput(
-            f"cannot write {path}: {_explain(error)}. Check the folder and the room left."
-        ) from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _fix_length(variable: Any) -> None:
@@ -203,13 +234,6 @@ def _fix_length(variable: Any) -> None:
         variable.attrs.create(name, text, dtype=h5py.string_dtype("utf-8", length))
 
 
-def _explain(error: OSError) -> str:
-    """The system's words for an error; HDF5 hides its number in lines about its own inside."""
-    hidden = re.search(r"errno = (\d+)", str(error))
-    number = error.errno or (int(hidden[1]) if hidden else 0)
-    return os.strerror(number) if number else str(error).split("\n")[0][:100]
-
-
 def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
     """NetCDF has texts, numbers and lists of numbers; anything else becomes JSON."""
     found = {}
@@ -217,6 +241,7 @@ def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
         simple = isinstance(value, str | int | float | np.number) and not isinstance(
             value, bool
         )
+        simple = simple and not (isinstance(value, int) and value.bit_length() > 63)
         found[name] = value if simple else json.dumps(to_jsonable(value), ensure_ascii=False)
     return found
 
@@ -235,6 +260,10 @@ def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     from scipy.io import savemat  # slow to load
 
     dataset = complete(dataset)
+    if taken := {"units", DESCRIPTION} & {*dataset.variables}:
+        raise InvalidInput(
+            f"a MATLAB file has a {min(map(str, taken))!r} of its own; rename that variable."
+        )
     content: dict[str, object] = {}
     for name, variable in dataset.variables.items():
         if variable.nbytes > _MAX_VARIABLE:
@@ -247,7 +276,8 @@ def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     content |= {"units": {k: v for k, v in units.items() if v}, DESCRIPTION: describe(dataset)}
     buffer = io.BytesIO()
     savemat(buffer, content, format="5", long_field_names=True, oned_as="row")
-    write_atomic(Path(path), buffer.getvalue())
+    with writing(path) as part:
+        part.write_bytes(buffer.getvalue())
 
 
 # One tensor as CSV: notes above, then time and one column per sensor; every number to its last
@@ -286,12 +316,13 @@ def save_csv(
     )
     for name, label in one.coords.items():
         if label.dims == ("trial",):
-            text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
+            words = escape(str(label.values[0])[:200])  # of one line
+            text.write(f"# {name}: {words}\n")
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     columns = [f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"])]
     table = pd.DataFrame(one[variable].values[0].T, one.time.values.astype(float), columns)
     text.write(table.to_csv(index_label="time_ms", na_rep="nan", lineterminator="\n"))
-    write_atomic(Path(path), text.getvalue().encode())
+    write_text(path, text.getvalue())
 
 
 # Parquet: one labelled touch a row, as pandas, polars and Hugging Face ``datasets`` read it; needs
@@ -320,6 +351,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
 
     if "trial" not in dataset.dims:
         raise InvalidInput("Parquet holds one touch a row; this Dataset has no dim trial.")
+    _refuse_empty(dataset, "Parquet", {*dataset.dims} - {"trial"})
     dataset = complete(dataset).transpose("trial", ...)
     names = [name for name, item in dataset.variables.items() if "trial" in item.dims]
     described = json.loads(describe(dataset.isel(trial=slice(0))))["variables"]
@@ -348,6 +380,14 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
             writer.write_table(make_rows(start))
 
 
+def _refuse_empty(dataset: xr.Dataset, form: str, dims: Iterable[Any]) -> None:
+    """Raise where one of these dims has no entry, which a format cannot say."""
+    if empty := [dim for dim in dims if not dataset.sizes[dim]]:
+        raise InvalidInput(
+            f"{form} holds no set without any {empty[0]}. Write it as NetCDF (.nc)."
+        )
+
+
 def _make_column(values: np.ndarray) -> Any:
     """Rows of nested lists of one length each."""
     import pyarrow as pa
@@ -365,6 +405,8 @@ def _make_column(values: np.ndarray) -> Any:
 # ``nwb`` to write.
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
+HALF = 0.5e3 * PAUSE  # ms
+_OWN_COLUMNS = {"id", "start_time", "stop_time", "tags", "timeseries", "timeseries_index"}
 _UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
     "http://purl.obolibrary.org/obo/NCBITaxon_32644"
 )
@@ -426,6 +468,12 @@ def save_nwb(
     if not series or "time" not in dataset.coords:
         raise InvalidInput(
             "NWB takes variables over (trial, time) with a coordinate time [ms]; there is none."
+        )
+    _refuse_empty(dataset, "NWB", {*dataset.dims})
+    labels = {str(name) for name, item in dataset.variables.items() if item.dims == ("trial",)}
+    if taken := labels & _OWN_COLUMNS:
+        raise InvalidInput(
+            f"NWB's table of trials has a column {min(taken)!r} of its own; rename that coordinate."
         )
     antennas = (
         np.unique(np.atleast_1d(dataset["antenna"].values)).tolist()
@@ -521,7 +569,8 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
         name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
         for name in series
     }
-    return json.dumps(_describe_whole(rest) | {"series": kinds}, default=str)
+    more = {"series": kinds, "events": dataset.sizes.get("event", 0)}
+    return json.dumps(_describe_whole(rest) | more, default=str)
 
 
 def make_subject(
@@ -557,6 +606,15 @@ def _add_units(file: Any, dataset: xr.Dataset) -> None:
     """Each unit's spikes of all trials on the session's clock, and what its labels say of it."""
     ordered = dataset["spike_time"].transpose("trial", "unit", "event").values
     seconds = dataset.time.values * 1e-3
+    beyond = (ordered <= dataset.time.values[0] - HALF) | (
+        ordered >= dataset.time.values[-1] + HALF
+    )
+    if beyond.any():
+        raise InvalidInput(
+            f"{beyond.sum()} spikes lie more than {HALF:g} ms outside the recorded time, as that of"
+            f" trial {np.argwhere(beyond)[0][0]} at {ordered[beyond][0]:g} ms; on one clock for all"
+            " trials they would count as another's. Leave them out (NaN)."
+        )
     starts = _find_starts(dataset) - seconds[0]
     labels = {
         str(name): item
