@@ -23,7 +23,7 @@ from feeler.objects import Trial, place
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, make_patch, plot_posture
-from feeler.plotting.results import Shapes
+from feeler.plotting.results import list_shapes
 from feeler.plotting.style import (
     ANTENNA_COLOURS,
     PALETTE,
@@ -498,7 +498,7 @@ def draw_moment(
 _ANTENNAE_PER_BODY = 1.5  # [P] an antenna's length, in lengths of the body
 
 
-def _choose_wall(shapes: Shapes) -> int:
+def _choose_wall(shapes: SimpleNamespace) -> int:
     """Which of the distances is drawn: the middle one of those with an inverted J, or else of
     those in contact.
     """
@@ -509,7 +509,7 @@ def _choose_wall(shapes: Shapes) -> int:
 
 def plot_animal(sweep: Approach, ax: Axes) -> None:
     """Body, the free antenna, the one along the wall with its greatest bend, and the distance."""
-    shapes, antenna = Shapes.of_sweep(sweep), sweep.antenna
+    shapes, antenna = list_shapes(sweep), sweep.antenna
     at, side = _choose_wall(shapes), sweep.posture.sign
     free = int(np.flatnonzero(~shapes.contact)[0]) if not shapes.contact.all() else 0
     wall, reach = abs(float(shapes.wall[at])), antenna.length
@@ -571,13 +571,13 @@ def _draw_body(length: float, ax: Axes) -> None:
 def compute_animal(context: Context) -> SimpleNamespace | None:
     """The first profile's ``sweep`` in the leading set-up, where it meets the wall."""
     sweep = next(iter(compute_wall(context).sweeps.values()))
-    met = context.is_cockroach and Shapes.of_sweep(sweep).contact.any()
+    met = context.is_cockroach and sweep.contact.any()
     return SimpleNamespace(rows={}, sweep=sweep) if met else None
 
 
 def show_animal(data: SimpleNamespace, section: Section) -> None:
     """A cockroach beside the wall."""
-    shapes = Shapes.of_sweep(data.sweep)
+    shapes = list_shapes(data.sweep)
     section.figure(
         "fig1_animal",
         "A cockroach from above. Both antennae are the model's: the one along the wall is at rest"

@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.segments import Antenna
-from feeler.plotting.results import Shapes, plot_approach, plot_maps
+from feeler.plotting.results import list_shapes, plot_approach, plot_maps
 from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor
 from feeler.plotting.walls import (
@@ -138,7 +138,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     top, middle, bottom = figure.subfigures(
         3, 1, height_ratios=(1.05, 1.1, 0.9), squeeze=False
     ).flat
-    shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.main_sweeps.items()}
+    shown = {name: list_shapes(sweep) for name, sweep in data.main_sweeps.items()}
     above = top.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     plot_approach(shown, above)
     below = middle.subplots()
@@ -221,8 +221,10 @@ def show(data: SimpleNamespace, section: Section) -> None:
         },
     )
     if data.far_slides:
-        shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
-        words = [f"{k} {s.inverted.sum()} of {s.contact.sum()}" for k, s in shapes.items()]
+        words = [
+            f"{name} {touch.inverted[:, -1].sum()} of {touch.contact[:, -1].sum()}"
+            for name, touch in data.far_slides.items()
+        ]
         section.text(
             "The inverted J still stands after sliding, of the distances in contact:"
             f" {', '.join(words)}."
