@@ -400,7 +400,24 @@ def plot_touch(data: SimpleNamespace, figure: Figure) -> None:
         xlabel="time; the four moments above", title="the tensor: a column for each moment"
     )
     corner = figure.add_subplot(grid[1, 6:])
-    _draw_corner(tensor, time, antenna, corner, norm)
+    # A few sensors and samples around the greatest value, so large that each is seen
+    sensor, sample = np.unravel_index(tensor.argmax(), tensor.shape)
+    first = [
+        int(np.clip(at - size // 2, 0, whole - size))
+        for at, size, whole in zip((sensor, sample), _CORNER, tensor.shape, strict=True)
+    ]
+    part = tensor[first[0] :, first[1] :][: _CORNER[0], : _CORNER[1]]
+    corner.imshow(part, origin="lower", aspect="auto", norm=norm, interpolation="nearest")
+    corner.set_xticks(np.arange(part.shape[1] + 1) - 0.5, [])
+    corner.set_yticks(np.arange(part.shape[0] + 1) - 0.5, [])
+    corner.tick_params(length=0)
+    corner.grid(color="#888888", lw=0.4)
+    spacing = antenna.length / antenna.sensors.size
+    corner.set(
+        xlabel=f"Δt = {time[1] - time[0]:g} ms",
+        ylabel=f"Δx ≈ {spacing:.2g} mm",
+        title="its greatest value",
+    )
     figure.colorbar(image, ax=corner, label="curvature [1/mm]")
 
 
@@ -411,29 +428,6 @@ def _draw_column(values: np.ndarray, ax: Axes, norm: Normalize) -> None:
     )
     ax.set(xticks=[], yticks=[])
     ax.spines[:].set_visible(True)
-
-
-def _draw_corner(
-    tensor: np.ndarray, time: np.ndarray, antenna: Antenna, ax: Axes, norm: Normalize
-) -> None:
-    """A few sensors and samples around the greatest value, so large that each is seen."""
-    sensor, sample = np.unravel_index(tensor.argmax(), tensor.shape)
-    first = [
-        int(np.clip(at - size // 2, 0, whole - size))
-        for at, size, whole in zip((sensor, sample), _CORNER, tensor.shape, strict=True)
-    ]
-    part = tensor[first[0] :, first[1] :][: _CORNER[0], : _CORNER[1]]
-    ax.imshow(part, origin="lower", aspect="auto", norm=norm, interpolation="nearest")
-    ax.set_xticks(np.arange(part.shape[1] + 1) - 0.5, [])
-    ax.set_yticks(np.arange(part.shape[0] + 1) - 0.5, [])
-    ax.tick_params(length=0)
-    ax.grid(color="#888888", lw=0.4)
-    spacing = antenna.length / antenna.sensors.size
-    ax.set(
-        xlabel=f"Δt = {time[1] - time[0]:g} ms",
-        ylabel=f"Δx ≈ {spacing:.2g} mm",
-        title="its greatest value",
-    )
 
 
 def compute_touch(context: Context) -> SimpleNamespace:

@@ -229,11 +229,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
             "The inverted J still stands after sliding, of the distances in contact:"
             f" {', '.join(words)}."
         )
-    _list_maps(section, data)
-    _show_movie(section, data)
-
-
-def _list_maps(section: Section, data: SimpleNamespace) -> None:
     rows = [_row(f"{name}, nearest to the words", m) for name, m in data.main_maps.items()]
     rows += [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
     rows += [_row(f"{name}, {DEFAULT}", found) for name, found in data.default_maps.items()]
@@ -254,6 +249,12 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
         " without pre-bend. Error: predicted distance, each distance left out of its own fit."
         " Monotone: the peak moves one way over all distances used. Discriminated: the longest run"
         " of distances over which the peak moves on by more than a segment per step.",
+    )
+    section.movie(
+        write_drives_movie(data.drives, section.folder / "movieS3_wall.mp4", data.fps),
+        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
+        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
     )
 
 
@@ -289,15 +290,6 @@ def _row(name: str, found: DistanceMap) -> list[object]:
 
 
 # Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked.
-
-
-def _show_movie(section: Section, data: SimpleNamespace) -> None:
-    section.movie(
-        write_drives_movie(data.drives, section.folder / "movieS3_wall.mp4", data.fps),
-        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
-        f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
-        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
-    )
 
 
 # Beside Fig. 3B: R² over the family of set-ups of declared.toml, by which the wall claims are

@@ -290,7 +290,13 @@ def judge(
         or judge_sentence(one, tabulate(read_values(one, results)), words)
         for one in sentences
     )
-    shown = _show_values(statement.list_shown(), results)
+    values = {key: value for key in statement.list_shown() if (value := results.get(key))}
+    named = len({split_key(key)[2] for key in values}) > 1
+    said = (
+        f"{split_key(key)[2]} {show(value)}" if named else show(value)
+        for key, value in values.items()
+    )
+    shown = "; ".join(said) or "–"
     ours = "; ".join(one.ours for one in findings if one.ours != "–") or shown
     if statement.why or not is_cockroach:
         why = statement.why or "another antenna than the paper's"
@@ -305,19 +311,6 @@ def judge(
         held = sum(one.verdict == OWN_WORDS for one in findings)
         why = f"{held} of {len(findings)} tests hold; {why}"
     return Judged(statement=statement, verdict=verdict, why=why, ours=ours, findings=findings)
-
-
-def _show_values(keys: Sequence[str], results: Results) -> str:
-    found = [(key, value) for key in keys if (value := results.get(key)) is not None]
-    groups = [split_key(key)[2] for key, _ in found]
-    named = len({*groups}) > 1
-    return (
-        "; ".join(
-            f"{group} {show(value)}" if named else show(value)
-            for group, (_, value) in zip(groups, found, strict=True)
-        )
-        or "–"
-    )
 
 
 def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, int]:

@@ -586,7 +586,18 @@ def list_groups(
         )
     for data in tensors.values():
         require_variables(data, quantity, "speed")
-    arrays = _rectify_all({name: data[quantity] for name, data in tensors.items()})
+    # tensors (trial, sensor, time) ≥ 0 of all sets, made in one way
+    sets = {name: stack_planes(mirror_to_left(one[quantity])) for name, one in tensors.items()}
+    lost = max(_measure_other_way(one) for one in sets.values())
+    if lost > MUCH:
+        text = (
+            "much of a touch's signal is bending the other way, which rectifying would remove:"
+            " bending both ways is kept, as twice the sensors."
+        )
+        share = f"Up to {lost:.0%} of a touch's sum of squares."
+        warnings.warn(ModelValidityWarning(text, share), stacklevel=3)
+    keep = fold_signs if lost > MUCH else rectify
+    arrays = {name: keep(one).values for name, one in sets.items()}
     peak = measure_peak(*arrays.values())
     if not peak > 0:
         raise InvalidInput(
@@ -605,21 +616,6 @@ def list_groups(
         "profile": {name: pick(name, speed.min()) for name in tensors},
     }
     return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
-
-
-def _rectify_all(given: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Tensors (trial, sensor, time) ≥ 0 of all sets, made in one way."""
-    sets = {name: stack_planes(mirror_to_left(tensors)) for name, tensors in given.items()}
-    lost = max(_measure_other_way(tensors) for tensors in sets.values())
-    if lost > MUCH:
-        text = (
-            "much of a touch's signal is bending the other way, which rectifying would remove:"
-            " bending both ways is kept, as twice the sensors."
-        )
-        share = f"Up to {lost:.0%} of a touch's sum of squares."
-        warnings.warn(ModelValidityWarning(text, share), stacklevel=4)
-    keep = fold_signs if lost > MUCH else rectify
-    return {name: keep(tensors).values for name, tensors in sets.items()}
 
 
 def _measure_other_way(tensors: Any) -> float:
