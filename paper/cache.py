@@ -67,8 +67,14 @@ def keep(what: str, function: Callable[..., Any], *args: Any, **options: Any) ->
         if not found:
             found = (function(*args, **options),)
             _write(path, found, what)
-    seconds = round(time.perf_counter() - start, 2)
-    _used.append({"result": what, "source": source, "seconds": seconds, "name": name})
+    _used.append(
+        {
+            "result": what,
+            "source": source,
+            "seconds": round(time.perf_counter() - start, 2),
+            "name": name,
+        }
+    )
     return found[0]
 
 

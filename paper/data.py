@@ -154,8 +154,7 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
 
 
 def _rectify(tensors: xr.Dataset) -> np.ndarray:
-    angle = in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time")
-    return rectify(angle.values)
+    return rectify(in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values)
 
 
 def cut_window(tensors: xr.Dataset, duration: float = DURATION) -> np.ndarray:

@@ -16,12 +16,10 @@ from feeler import touch
 from feeler.analysis import find_noise
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.antenna.segments import Antenna
-from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_lda
-from feeler.decoding.sweeps import Plan
-from feeler.objects import Trial, place
+from feeler.decoding.sweeps import Plan, compute_left_out
 from feeler.objects.noise import Common
-from feeler.objects.trials import SPEEDS
+from feeler.objects.trials import SPEEDS, Trial, place
 from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, make_patch, plot_posture
 from feeler.plotting.results import list_shapes
 from feeler.plotting.style import (
@@ -638,8 +636,9 @@ def plot_conditions(data: SimpleNamespace, figure: Figure) -> None:
     _draw_ways([one.trial.speed for one in data.speeds.values()], axes[1, 0])
     for row, touches in zip(axes[:, 1:], both, strict=True):
         for ax, (name, one) in zip(row, touches.items(), strict=False):
-            now = _find_sample(one)
-            drawn = draw_moment(one.antenna, one.trial, one.tensors, now, ax, norm)
+            drawn = draw_moment(
+                one.antenna, one.trial, one.tensors, _find_sample(one), ax, norm
+            )
             ax.set_title(name)
         for ax in row[len(touches) :]:
             ax.axis("off")

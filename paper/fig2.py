@@ -13,7 +13,7 @@ from matplotlib.patches import Circle
 
 from feeler.analysis import measure_free_response
 from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.animals import fit_sigmoid
+from feeler.antenna.animals import FACTS, cockroach, fit_sigmoid
 from feeler.antenna.files import SOURCE_TAGS
 from feeler.calibration import EigenParameters, Measured
 from feeler.calibration.problem import FAILED
@@ -28,7 +28,6 @@ from feeler.plotting import (
 )
 from feeler.plotting.antennas import plot_posture, plot_profiles
 from feeler.plotting.style import ANTENNA_COLOURS, PALETTE, mark_panels, set_decades
-from feeler.presets import FACTS, cockroach
 from feeler.report import Section
 from feeler.tensors.transforms import in_unit
 from paper.cache import keep

@@ -98,8 +98,9 @@ def compute(context: Context) -> SimpleNamespace:
     # before the first slide: it needs none of the engine that another process compiles meanwhile
     family = None
     if {*CLAIMED} & {*antennas}:  # or there is nothing of the paper's to be held against
-        known = [*sweeps.items(), *default.items()]
-        family = sweep_family(antennas, part=effort.wall_part, known=known)
+        family = sweep_family(
+            antennas, part=effort.wall_part, known=[*sweeps.items(), *default.items()]
+        )
     slides = keep("wall", slide, first, lead, SLIDE_DISTANCES, **options)
     drives = {
         name: keep("wall", drive, antennas[name], lead, **options)
@@ -419,8 +420,11 @@ def compute_family(context: Context) -> SimpleNamespace | None:
         return None
     said = read_declared("declared.toml")["wall_paper"]
     targets = {name: said[name] for name in CLAIMED}
-    rows = _list_values(family, targets) | _list_readings(family)
-    return SimpleNamespace(rows=rows, family=family, targets=targets)
+    return SimpleNamespace(
+        rows=_list_values(family, targets) | _list_readings(family),
+        family=family,
+        targets=targets,
+    )
 
 
 def show_family(data: SimpleNamespace, section: Section) -> None:

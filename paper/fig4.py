@@ -325,8 +325,13 @@ def compute_map(
     share, lags = along / np.where(mass > 0, mass, np.nan)[..., None], np.arange(along.shape[2])
     lag = share @ lags
     span = np.sqrt(np.maximum(share @ lags**2 - lag**2, 0.0))
-    margin = np.array([measure_margin(one.share) for one in mappings])
-    return SimpleNamespace(lag=lag, span=span, place=places, mappings=mappings, margin=margin)
+    return SimpleNamespace(
+        lag=lag,
+        span=span,
+        place=places,
+        mappings=mappings,
+        margin=np.array([measure_margin(one.share) for one in mappings]),
+    )
 
 
 def _encode_with(encoder: ConvolutiveNMF, bases: np.ndarray, data: np.ndarray) -> np.ndarray:
@@ -382,8 +387,7 @@ def compare_ranks(
 
 def compare_others(bases: np.ndarray) -> float:
     """The greatest similarity of two different bases of one fit."""
-    similarity = compute_basis_similarity(bases, bases)
-    return float(similarity[~np.eye(len(bases), dtype=bool)].max())
+    return float(compute_basis_similarity(bases, bases)[~np.eye(len(bases), dtype=bool)].max())
 
 
 def list_values(found: SimpleNamespace) -> dict[str, Any]:

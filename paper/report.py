@@ -106,8 +106,7 @@ def write_page(context: Context, sections: list[Section], judged: list[Judged]) 
             title="The paper's measures, of this antenna",
             body=templates.measures(judged),
         )
-        page = render_page(name, _describe(context), [measures, *parts])
-        write_text(report, page)
+        write_text(report, render_page(name, _describe(context), [measures, *parts]))
         return report
     body = templates.statements(
         judged,

@@ -59,8 +59,11 @@ def parse_test(text: str) -> dict[str, Any]:
         names, signs = re.split(" [<>] ", bracket[1]), re.findall(" ([<>]) ", bracket[1])
         kind = {"<" * len(signs): "order", "><": "dip"}.get("".join(signs))
         if kind:
-            key = f"{text[: bracket.start()]}{{group}}{text[bracket.end() :]}"
-            return {"kind": kind, "key": key, "groups": tuple(names)}
+            return {
+                "kind": kind,
+                "key": f"{text[: bracket.start()]}{{group}}{text[bracket.end() :]}",
+                "groups": tuple(names),
+            }
     elif found := _VALUE.fullmatch(text) or _BOUND.fullmatch(text):
         parts = found.groupdict()
         side = {"≥": "above", "≤": "below"}.get(parts.get("side", ""), "value")
@@ -152,8 +155,14 @@ class Statement(Record):
             return tuple(one for one in load_sentences() if self.id in one.claims)
         choice: tuple[Option, ...] = ()
         if self.readings:
-            options = dict.fromkeys(self.readings, "natural")
-            choice = (Option(name="reading", asks=self.says, why="", options=options),)
+            choice = (
+                Option(
+                    name="reading",
+                    asks=self.says,
+                    why="",
+                    options=dict.fromkeys(self.readings, "natural"),
+                ),
+            )
         return tuple(self._make_sentence(text, choice) for text in self.tests)
 
     def _make_sentence(self, text: str, choice: tuple[Option, ...]) -> Sentence:

@@ -41,7 +41,10 @@ from ._command import run
         (("compare", "linear"), "at least two different antennas"),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
         (["design", "absent.toml"], "feeler: cannot read absent.toml: no such file"),
-        (["touch", "--speed", "x"], "feeler: Invalid value for '--speed': give a number, got 'x'"),
+        (
+            ["touch", "--speed", "x"],
+            "feeler: Invalid value for '--speed': give a number, got 'x'",
+        ),
         (["touch", "--weight", "2"], "feeler: No such option: --weight"),
         (["robot", "dance"], "feeler: No such command 'dance'"),
     ],

@@ -195,12 +195,11 @@ def _save(
     section.text(words)
     shapes = {name: list_shapes(sweep) for name, sweep in sweeps.items()}
     caption = "Each antenna beside the wall, farthest first, in equilibrium."
-    height = 0.8 + 1.2 * len(shapes)
     section.figure(
         "shapes",
         caption,
         lambda figure: plot_shapes(shapes, figure.subplots()),
-        height=height,
+        height=0.8 + 1.2 * len(shapes),
     )
     caption = (
         "Wall distance against the point of greatest curvature, with the straight line that reads"

@@ -208,9 +208,8 @@ def compare_twins(
         "estimator": make_lda(),
         "random_state": random_state,
     }
-    same = compute_sweep(first, labels, **options)
     return DuplicateControl(
-        same=same,
+        same=compute_sweep(first, labels, **options),
         other=compute_sweep(first, labels, held_out=(second, labels), **options),
         fitted=fitted,
     )

@@ -322,8 +322,9 @@ class SpaceScene:
         for corners in list_solids(feature):
             own = np.asarray(origin) + corners @ axes
             if len(own) > 2:
-                triangles = ConvexHull(own).simplices
-                self._drawn.append(self.ax.plot_trisurf(*own.T, triangles=triangles, **options))
+                self._drawn.append(
+                    self.ax.plot_trisurf(*own.T, triangles=ConvexHull(own).simplices, **options)
+                )
             else:
                 sheets.append(_make_surface(own[0], own[-1], feature.rounding))
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]

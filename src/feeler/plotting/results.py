@@ -448,8 +448,7 @@ def draw_sweep(sweep: Any, figure: Figure) -> None:
     places = range(len(sweep.classes))
     counts.set_xticks(places, map(str, sweep.classes), rotation=45, ha="right")
     counts.set_yticks(places, map(str, sweep.classes))
-    title = f"at noise {sweep.ratios[-1]:g}"
-    counts.set(xlabel="taken for", ylabel="was", title=title)
+    counts.set(xlabel="taken for", ylabel="was", title=f"at noise {sweep.ratios[-1]:g}")
     figure.colorbar(image, ax=counts, label="share of the touches [%]")
 
 
@@ -517,8 +516,9 @@ def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> None
         model = compute_force(antenna, curve.deflection, curve.at)
         shown = 1e3 * (curve.force - np.mean(curve.force - model))
         order = np.argsort(curve.deflection)
-        label = f"{curve.name}, {curve.at:.3g} mm from the base"
-        (dots,) = ax.plot(curve.deflection, shown, ".", label=label)
+        (dots,) = ax.plot(
+            curve.deflection, shown, ".", label=f"{curve.name}, {curve.at:.3g} mm from the base"
+        )
         ax.plot(curve.deflection[order], 1e3 * model[order], color=dots.get_color())
     ax.set(xlabel="deflection [mm]", ylabel="force [mN]")
     ax.legend(fontsize=7)
@@ -529,8 +529,11 @@ def draw_force(curve: Any, figure: Figure) -> None:
     """Force against deflection, as measured."""
     ax = figure.subplots()
     ax.plot(curve.deflection, 1e3 * curve.force, ".")
-    title = f"{curve.name}, {curve.at:.3g} mm from the base"
-    ax.set(xlabel="deflection [mm]", ylabel="force [mN]", title=title)
+    ax.set(
+        xlabel="deflection [mm]",
+        ylabel="force [mN]",
+        title=f"{curve.name}, {curve.at:.3g} mm from the base",
+    )
 
 
 @_drawn(5.0)

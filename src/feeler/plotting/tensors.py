@@ -74,12 +74,11 @@ def plot_tensor(
     in ``unit``, on the scale ``colours`` or the style's own.
     """
     step = time[1] - time[0] if len(time) > 1 else 1.0
-    extent = (time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5)
     image = ax.imshow(
         tensor,
         origin="lower",
         aspect="auto",
-        extent=extent,
+        extent=(time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5),
         norm=norm,
         cmap=colours,
         interpolation="nearest",

@@ -93,15 +93,23 @@ def _show_drive(touch: WallTouch) -> dict[str, Any]:
     """What a panel shows of a wall that comes nearer, by frame."""
     antenna, motion = touch.antenna, touch.motions[0]
     bend = motion.angle - antenna.rest_angle
-    peak = np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan)
-    seen = {"points": touch.points[0], "bend": bend, "peak": peak, "away": touch.distance[0]}
+    seen = {
+        "points": touch.points[0],
+        "bend": bend,
+        "peak": np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan),
+        "away": touch.distance[0],
+    }
     return {"antenna": antenna, "sign": touch.posture.sign} | seen
 
 
 def _show_sweep(sweep: Approach) -> dict[str, Any]:
     """What a panel shows of equilibria, by frame."""
-    peak = find_sweep_peak(sweep).position
-    seen = {"points": sweep.points, "bend": sweep.bend, "peak": peak, "away": sweep.distance}
+    seen = {
+        "points": sweep.points,
+        "bend": sweep.bend,
+        "peak": find_sweep_peak(sweep).position,
+        "away": sweep.distance,
+    }
     return {"antenna": sweep.antenna, "sign": sweep.posture.sign} | seen
 
 

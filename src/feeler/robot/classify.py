@@ -62,8 +62,7 @@ class TrainingSet:
         """Let a decoder say while a touch goes on whether it is unlike any of these."""
         motions, labels, robots = zip(*_list_motions(self.known), strict=True)
         others, names, _ = zip(*_list_motions(self.unknown), strict=True)
-        kinds = [name[1:] for name in names]
-        return decoder.watch(motions, labels, robots, (others, kinds))
+        return decoder.watch(motions, labels, robots, (others, [name[1:] for name in names]))
 
 
 def _gather(touched: Sequence[Touches]) -> tuple[np.ndarray, list, np.ndarray]:

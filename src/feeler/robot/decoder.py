@@ -551,13 +551,12 @@ def train_decoder(
         antenna, trials, robots=robots, seed=seed, gap=gap, progress=progress, **how
     )
     classifier = make_classifier(training=training)
-    stream = training.watch(make_decoder(antenna, trials, seed=seed, **how))
     return RobotDecoder(
         robot=name or antenna.name,
         antenna=antenna,
         recipe=_describe_recipe(trials, robots, seed, gap, how),
         classifier=classifier,
-        stream=stream,
+        stream=training.watch(make_decoder(antenna, trials, seed=seed, **how)),
         before=choose_before(antenna, trials),
         tolerance=_measure_tolerance(classifier, seed),
         calibration=calibration,

@@ -120,8 +120,12 @@ def make_training(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, n_variants, gap, rng, how)
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
-    values = _align(antenna, motions, choose_before(antenna, trials))
-    touches = Touches(values=values, labels=labels, antenna=antenna, motions=tuple(motions))
+    touches = Touches(
+        values=_align(antenna, motions, choose_before(antenna, trials)),
+        labels=labels,
+        antenna=antenna,
+        motions=tuple(motions),
+    )
     return touches.take(np.flatnonzero(touches.touched))
 
 
@@ -224,9 +228,12 @@ def make_decoder(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, 1, None, np.random.default_rng([seed, 1]), how)
     labels, n = [get_label(trial) for trial in trials], len(trials)
-    window = StreamDecoder().window + choose_before(antenna, trials) - BEFORE
     return (
-        StreamDecoder(threshold=threshold, window=window, lengths=tuple(list_lengths(antenna)))
+        StreamDecoder(
+            threshold=threshold,
+            window=StreamDecoder().window + choose_before(antenna, trials) - BEFORE,
+            lengths=tuple(list_lengths(antenna)),
+        )
         .fit(motions[:n], labels)
         .temper(motions[n:], labels)
     )

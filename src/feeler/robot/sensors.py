@@ -376,8 +376,7 @@ def _fit_curve(
         order = np.argsort(means)
         rising = IsotonicRegression(increasing="auto").fit(means[order], levels[order])
         knots, first = np.unique(means[order], return_index=True)
-        values = rising.predict(means[order])[first]
-        return _join(knots, values)
+        return _join(knots, rising.predict(means[order])[first])
     centre, half = reading.mean(), np.ptp(reading) / 2
     line = np.polyfit((reading - centre) / half, angle, CURVES.index(curve) + 1)
     return lambda at: np.polyval(line, (at - centre) / half)
@@ -490,12 +489,11 @@ def load_calibration_table(
     named = {f"{what}_{unit}": unit for what in _READINGS for unit in READING_UNITS}
     capacitance = _take(table, {name: READING_UNITS[unit][1] for name, unit in named.items()})
     unit = next(READING_UNITS[unit][0] for name, unit in named.items() if name in table.columns)
-    time = table.column("time_ms") if "time_ms" in table.columns else None
     return fit_sensors(
         table.column("hinge"),
         angle,
         capacitance,
-        time=time,
+        time=table.column("time_ms") if "time_ms" in table.columns else None,
         robot=table.notes.get("robot", ""),
         unit=unit,
         curve=curve,
