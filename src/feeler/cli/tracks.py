@@ -200,11 +200,11 @@ def tracks(
         trials = [trial.scaled(said.scale) for trial in trials]
     settings = _settle(said, trials)
     ends, cutoff, (head, abdomen) = (settings[name] for name in ("tips", "cutoff", "body"))
-    bases = settings["bases"] or (head, head)
-    marks = {"tips": ends, "bases": bases, "head": head, "abdomen": abdomen}
+    stalks = settings["bases"] or (head, head)
+    marks = {"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen}
     lines = [
         (side, [base or head, tip])
-        for side, base, tip in zip(_SIDES, bases, ends, strict=True)
+        for side, base, tip in zip(_SIDES, stalks, ends, strict=True)
         if tip
     ]
     if not said.points:

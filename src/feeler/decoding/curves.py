@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -42,24 +42,8 @@ tensors themselves.
 """
 
 
-class _Coder(Protocol):
-    """What has learned bases."""
-
-    def transform(self, tensors: Any, /, code: str) -> Any:
-        """Tensors in the bases that were learned."""
-
-
-class _Encoder(_Coder, Protocol):
-    """What makes codes of tensors: :class:`feeler.encoding.ConvolutiveNMF`, or one like it."""
-
-    def fit(self, tensors: Any, /) -> Any:
-        """Learn bases of tensors (trial, sensor, time)."""
-
-
 @checked
-def make_codes(
-    tensors: Any, encoder: _Encoder | None, kinds: Sequence[str] = CODES
-) -> dict[str, Any]:
+def make_codes(tensors: Any, encoder: Any, kinds: Sequence[str] = CODES) -> dict[str, Any]:
     """Every kind of code of the same tensors, after one fit of the bases.
 
     Parameters
@@ -67,8 +51,8 @@ def make_codes(
     tensors
         Non-negative (trial, sensor, time).
     encoder
-        An unfitted encoder such as :class:`feeler.encoding.ConvolutiveNMF`; it is fitted here
-        unless only ``raw`` is asked for.
+        An unfitted encoder such as :class:`feeler.encoding.ConvolutiveNMF`; it is fitted here. None
+        where only ``raw`` is asked for.
     kinds
         Any of joint, sparse, ridge, raw.
     """
@@ -89,7 +73,7 @@ def make_codes(
 
 @checked
 def encode_with(
-    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: _Coder | None, kind: str
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Any, kind: str
 ) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
