@@ -18,9 +18,8 @@ from feeler.presets import paper_trials
 from feeler.provenance import make_key
 from feeler.tensors import in_unit, rectify
 from feeler.tensors.store import read_store
-from paper.cache import hold
+from paper.cache import hold, is_kept
 from paper.context import Context
-from paper.stage import is_kept
 
 # The tactile tensors that most sections share: made once, and kept in a store.
 
