@@ -307,11 +307,10 @@ def judge(
     )
     shown = "; ".join(said) or "–"
     ours = "; ".join(one.ours for one in findings if one.ours != "–") or shown
-    if statement.why or not is_cockroach:
-        why = statement.why or "another antenna than the paper's"
-        return Judged(statement=statement, verdict=NEVER, why=why, ours=ours)
-    if [*SCALES].index(scale) < [*SCALES].index(statement.scale):
+    why = statement.why or ("" if is_cockroach else "another antenna than the paper's")
+    if not why and [*SCALES].index(scale) < [*SCALES].index(statement.scale):
         why = f"too little is computed at {scale} scale; {statement.scale} judges it"
+    if why:
         return Judged(statement=statement, verdict=NEVER, why=why, ours=ours)
     verdict = max((one.verdict for one in findings), key=_WORSE.index)
     failed = [one for one in findings if one.verdict == verdict]
