@@ -13,7 +13,7 @@ from kept import write_kept
 
 from feeler.antenna.animals import cockroach
 from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
-from paper.calibration_report import PAPER_P
+from paper.fig2 import PAPER_P
 
 RESULTS = Path(__file__).parent / "results" / "calibration.json"
 N_STARTS = 3

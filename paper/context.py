@@ -64,8 +64,9 @@ class Context:
         check_seed(self.seed)  # refuses what is no seed
         require_plane(self.antenna, "the paper's run")
         contact = get_contact(None, self.antenna)
-        step = choose_timestep(self.timestep, self.engine, contact)
-        object.__setattr__(self, "timestep", step)
+        object.__setattr__(
+            self, "timestep", choose_timestep(self.timestep, self.engine, contact)
+        )
         Clock(duration=1.0, timestep=self.timestep)
         contact.check_timestep(self.timestep)
 

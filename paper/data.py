@@ -18,9 +18,8 @@ from feeler.presets import paper_trials
 from feeler.provenance import make_key
 from feeler.tensors import in_unit, rectify
 from feeler.tensors.store import read_store
-from paper.cache import hold
+from paper.cache import hold, is_kept
 from paper.context import Context
-from paper.stage import is_kept
 
 # The tactile tensors that most sections share: made once, and kept in a store.
 
@@ -154,8 +153,7 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
 
 
 def _rectify(tensors: xr.Dataset) -> np.ndarray:
-    angle = in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time")
-    return rectify(angle.values)
+    return rectify(in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values)
 
 
 def cut_window(tensors: xr.Dataset, duration: float = DURATION) -> np.ndarray:

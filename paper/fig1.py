@@ -16,14 +16,12 @@ from feeler import touch
 from feeler.analysis import find_noise
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.antenna.segments import Antenna
-from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_lda
-from feeler.decoding.sweeps import Plan
-from feeler.objects import Trial, place
+from feeler.decoding.sweeps import Plan, compute_left_out
 from feeler.objects.noise import Common
-from feeler.objects.trials import SPEEDS
+from feeler.objects.trials import SPEEDS, Trial, place
 from feeler.plotting.antennas import OBJECT_COLOUR, MovingAntenna, make_patch, plot_posture
-from feeler.plotting.results import Shapes
+from feeler.plotting.results import list_shapes
 from feeler.plotting.style import (
     ANTENNA_COLOURS,
     PALETTE,
@@ -400,7 +398,24 @@ def plot_touch(data: SimpleNamespace, figure: Figure) -> None:
         xlabel="time; the four moments above", title="the tensor: a column for each moment"
     )
     corner = figure.add_subplot(grid[1, 6:])
-    _draw_corner(tensor, time, antenna, corner, norm)
+    # A few sensors and samples around the greatest value, so large that each is seen
+    sensor, sample = np.unravel_index(tensor.argmax(), tensor.shape)
+    first = [
+        int(np.clip(at - size // 2, 0, whole - size))
+        for at, size, whole in zip((sensor, sample), _CORNER, tensor.shape, strict=True)
+    ]
+    part = tensor[first[0] :, first[1] :][: _CORNER[0], : _CORNER[1]]
+    corner.imshow(part, origin="lower", aspect="auto", norm=norm, interpolation="nearest")
+    corner.set_xticks(np.arange(part.shape[1] + 1) - 0.5, [])
+    corner.set_yticks(np.arange(part.shape[0] + 1) - 0.5, [])
+    corner.tick_params(length=0)
+    corner.grid(color="#888888", lw=0.4)
+    spacing = antenna.length / antenna.sensors.size
+    corner.set(
+        xlabel=f"Δt = {time[1] - time[0]:g} ms",
+        ylabel=f"Δx ≈ {spacing:.2g} mm",
+        title="its greatest value",
+    )
     figure.colorbar(image, ax=corner, label="curvature [1/mm]")
 
 
@@ -411,29 +426,6 @@ def _draw_column(values: np.ndarray, ax: Axes, norm: Normalize) -> None:
     )
     ax.set(xticks=[], yticks=[])
     ax.spines[:].set_visible(True)
-
-
-def _draw_corner(
-    tensor: np.ndarray, time: np.ndarray, antenna: Antenna, ax: Axes, norm: Normalize
-) -> None:
-    """A few sensors and samples around the greatest value, so large that each is seen."""
-    sensor, sample = np.unravel_index(tensor.argmax(), tensor.shape)
-    first = [
-        int(np.clip(at - size // 2, 0, whole - size))
-        for at, size, whole in zip((sensor, sample), _CORNER, tensor.shape, strict=True)
-    ]
-    part = tensor[first[0] :, first[1] :][: _CORNER[0], : _CORNER[1]]
-    ax.imshow(part, origin="lower", aspect="auto", norm=norm, interpolation="nearest")
-    ax.set_xticks(np.arange(part.shape[1] + 1) - 0.5, [])
-    ax.set_yticks(np.arange(part.shape[0] + 1) - 0.5, [])
-    ax.tick_params(length=0)
-    ax.grid(color="#888888", lw=0.4)
-    spacing = antenna.length / antenna.sensors.size
-    ax.set(
-        xlabel=f"Δt = {time[1] - time[0]:g} ms",
-        ylabel=f"Δx ≈ {spacing:.2g} mm",
-        title="its greatest value",
-    )
 
 
 def compute_touch(context: Context) -> SimpleNamespace:
@@ -498,7 +490,7 @@ def draw_moment(
 _ANTENNAE_PER_BODY = 1.5  # [P] an antenna's length, in lengths of the body
 
 
-def _choose_wall(shapes: Shapes) -> int:
+def _choose_wall(shapes: SimpleNamespace) -> int:
     """Which of the distances is drawn: the middle one of those with an inverted J, or else of
     those in contact.
     """
@@ -509,7 +501,7 @@ def _choose_wall(shapes: Shapes) -> int:
 
 def plot_animal(sweep: Approach, ax: Axes) -> None:
     """Body, the free antenna, the one along the wall with its greatest bend, and the distance."""
-    shapes, antenna = Shapes.of_sweep(sweep), sweep.antenna
+    shapes, antenna = list_shapes(sweep), sweep.antenna
     at, side = _choose_wall(shapes), sweep.posture.sign
     free = int(np.flatnonzero(~shapes.contact)[0]) if not shapes.contact.all() else 0
     wall, reach = abs(float(shapes.wall[at])), antenna.length
@@ -571,13 +563,13 @@ def _draw_body(length: float, ax: Axes) -> None:
 def compute_animal(context: Context) -> SimpleNamespace | None:
     """The first profile's ``sweep`` in the leading set-up, where it meets the wall."""
     sweep = next(iter(compute_wall(context).sweeps.values()))
-    met = context.is_cockroach and Shapes.of_sweep(sweep).contact.any()
+    met = context.is_cockroach and sweep.contact.any()
     return SimpleNamespace(rows={}, sweep=sweep) if met else None
 
 
 def show_animal(data: SimpleNamespace, section: Section) -> None:
     """A cockroach beside the wall."""
-    shapes = Shapes.of_sweep(data.sweep)
+    shapes = list_shapes(data.sweep)
     section.figure(
         "fig1_animal",
         "A cockroach from above. Both antennae are the model's: the one along the wall is at rest"
@@ -644,8 +636,9 @@ def plot_conditions(data: SimpleNamespace, figure: Figure) -> None:
     _draw_ways([one.trial.speed for one in data.speeds.values()], axes[1, 0])
     for row, touches in zip(axes[:, 1:], both, strict=True):
         for ax, (name, one) in zip(row, touches.items(), strict=False):
-            now = _find_sample(one)
-            drawn = draw_moment(one.antenna, one.trial, one.tensors, now, ax, norm)
+            drawn = draw_moment(
+                one.antenna, one.trial, one.tensors, _find_sample(one), ax, norm
+            )
             ax.set_title(name)
         for ax in row[len(touches) :]:
             ax.axis("off")

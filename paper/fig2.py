@@ -13,11 +13,26 @@ from matplotlib.patches import Circle
 
 from feeler.analysis import measure_free_response
 from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.animals import fit_sigmoid
+from feeler.antenna.animals import FACTS, cockroach, fit_sigmoid
 from feeler.antenna.files import SOURCE_TAGS
-from feeler.calibration import EigenParameters, Measured
+from feeler.calibration import (
+    EigenParameters,
+    Fit,
+    Measured,
+    Problem,
+    Protocol,
+    analyse_directions,
+    bootstrap,
+    compute_profiles,
+    fit,
+    load_targets,
+    make_hinges,
+    make_starts,
+    walk_sloppy_direction,
+)
 from feeler.calibration.problem import FAILED
 from feeler.experiments.mechanics import RADIUS, hit, release
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting import (
     SLOWER,
     MovingAntenna,
@@ -28,12 +43,11 @@ from feeler.plotting import (
 )
 from feeler.plotting.antennas import plot_posture, plot_profiles
 from feeler.plotting.style import ANTENNA_COLOURS, PALETTE, mark_panels, set_decades
-from feeler.presets import FACTS, cockroach
 from feeler.report import Section
 from feeler.tensors.transforms import in_unit
 from paper.cache import keep
-from paper.calibration_report import PAPER_ERROR, PAPER_P, calibrate
 from paper.context import Context
+from paper.scale import Scale
 
 # Fig. 2A, C: the antenna, its profiles, and where its numbers come from.
 
@@ -106,19 +120,17 @@ def show_antenna(data: SimpleNamespace, section: Section) -> None:
         " with the total compliance Σ 1/k of 'exponential'.",
     )
     if data.is_cockroach:
-        _list_facts(section)
-
-
-def _list_facts(section: Section) -> None:
-    section.heading("Where the numbers come from")
-    section.text("; ".join(f"[{tag}] {meaning}" for tag, meaning in SOURCE_TAGS.items()) + ".")
-    section.table(
-        ["quantity", "value", "unit", "source", "note"],
-        [
-            [name, fact.value, fact.unit, f"[{fact.tag}]", fact.note]
-            for name, fact in FACTS.items()
-        ],
-    )
+        section.heading("Where the numbers come from")
+        section.text(
+            "; ".join(f"[{tag}] {meaning}" for tag, meaning in SOURCE_TAGS.items()) + "."
+        )
+        section.table(
+            ["quantity", "value", "unit", "source", "note"],
+            [
+                [name, fact.value, fact.unit, f"[{fact.tag}]", fact.note]
+                for name, fact in FACTS.items()
+            ],
+        )
 
 
 # Fig. 2B and Movie S1: the tip after a step and during an impulse, simulated against the
@@ -183,16 +195,10 @@ def _scale(impulse: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Step left, impulse right."""
     left, right = figure.subplots(1, 2)
-    _plot_step(data, left)
-    _plot_impulse(data, right)
-    mark_panels(left, "b")
-
-
-def _plot_step(data: SimpleNamespace, ax) -> None:
-    """Free response of the tip after the step."""
-    ax.plot(data.step_time, data.step, color=PALETTE[1], label="this simulation")
-    ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published: simulation, digitised")
-    ax.plot(
+    # Free response of the tip after the step
+    left.plot(data.step_time, data.step, color=PALETTE[1], label="this simulation")
+    left.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published: simulation, digitised")
+    left.plot(
         _STEP_ANIMALS_START,
         -1.0,
         "s",
@@ -200,40 +206,38 @@ def _plot_step(data: SimpleNamespace, ax) -> None:
         fillstyle="none",
         label="published: animals leave −1, digitised",
     )
-    ax.axhline(0.0, color="#888888", lw=0.6)
-    ax.set(
+    left.axhline(0.0, color="#888888", lw=0.6)
+    left.set(
         xlabel="time from the first opposite peak [ms]",
         ylabel="tip displacement / step",
         xlim=(-32, _STEP_SPAN - 32),
     )
-    ax.set_title("step")
-    ax.legend(loc="lower right")
-
-
-def _plot_impulse(data: SimpleNamespace, ax) -> None:
-    """Tip during and after the hit."""
-    ax.plot(
+    left.set_title("step")
+    left.legend(loc="lower right")
+    # Tip during and after the hit
+    right.plot(
         data.impulse_time,
         data.impulse,
         color=PALETTE[1],
         label=f"this simulation, lever {_LEVER:g} mm, {_LEVER_SPEED:g} m/s",
     )
-    ax.plot(
+    right.plot(
         data.slow_time,
         data.slow,
         color=PALETTE[4],
         ls="--",
         label="this simulation, straight, 0.2 m/s",
     )
-    ax.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
-    ax.axhline(0.0, color="#888888", lw=0.6)
-    ax.set(
+    right.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
+    right.axhline(0.0, color="#888888", lw=0.6)
+    right.set(
         xlabel="time from the largest deflection [ms]",
         ylabel="tip displacement / largest",
         xlim=(-60, _IMPULSE_SPAN),
     )
-    ax.set(title="impulse", ylim=(-1.08, 0.62))  # room for the legend above the curves
-    ax.legend(loc="upper left")
+    right.set(title="impulse", ylim=(-1.08, 0.62))  # room for the legend above the curves
+    right.legend(loc="upper left")
+    mark_panels(left, "b")
 
 
 def _write_movie_s1(data: SimpleNamespace, path: Path) -> Path:
@@ -317,7 +321,24 @@ def plot_fit(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
     for ax, base, rate, unit in zip(
         axes[2:], (0, 1), (2, 3), ("N·mm/rad", "N·mm·ms/rad"), strict=True
     ):
-        _plot_band(found.draws[:, base], found.draws[:, rate], ax)
+        # Median and ``_LEVEL`` % band of exponential profiles, one per draw
+        hinge = np.arange(_N_HINGES)
+        low, middle, high = np.percentile(
+            _draw_out(found.draws[:, base, None], found.draws[:, rate, None]),
+            [2.5, 50.0, 97.5],
+            axis=0,
+        )
+        ax.fill_between(
+            hinge,
+            low,
+            high,
+            color=PALETTE[0],
+            alpha=0.25,
+            linewidth=0,
+            label=f"draws: {_LEVEL:g} %",
+        )
+        ax.plot(hinge, middle, color=PALETTE[0], label="draws: median")
+        set_decades(ax)
         ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate]), color=PALETTE[1], label="published")
         ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
@@ -347,25 +368,6 @@ def _plot_directions(directions: EigenParameters, ax) -> None:
     ax.set(ylabel="direction", title="what moves together")
 
 
-def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
-    """Median and ``_LEVEL`` % band of exponential profiles, one per draw."""
-    hinge = np.arange(_N_HINGES)
-    low, middle, high = np.percentile(
-        _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
-    )
-    ax.fill_between(
-        hinge,
-        low,
-        high,
-        color=PALETTE[0],
-        alpha=0.25,
-        linewidth=0,
-        label=f"draws: {_LEVEL:g} %",
-    )
-    ax.plot(hinge, middle, color=PALETTE[0], label="draws: median")
-    set_decades(ax)
-
-
 def _draw_out(base: float | np.ndarray, rate: float | np.ndarray) -> np.ndarray:
     """``base`` · exp(``rate`` (n − 1)) at every hinge n."""
     return base * np.exp(rate * np.arange(_N_HINGES))
@@ -388,7 +390,7 @@ def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
 
 
 def compute_fit(context: Context) -> SimpleNamespace:
-    """What :func:`paper.calibration_report.calibrate` finds, with ``rows``."""
+    """What :func:`calibrate` finds, with ``rows``."""
     found = keep(
         "calibration",
         calibrate,
@@ -424,31 +426,6 @@ def show_fit(found: SimpleNamespace, section: Section) -> None:
         "Reconstructed targets [D]: 17.5 Hz, 0.54, 0.22, 0.55. The paper reports a least error of"
         " 0.067 and 0.0035 against its own targets, which are lost.",
     )
-    _show_directions(section, found)
-
-
-def _row(name: str, measured: Measured, error: float, accuracy: float) -> list[object]:
-    values = [
-        "over-damped" if n in _SCALE and measured.overdamped else float(v) * _SCALE.get(n, 1.0)
-        for n, v in zip(measured.names, measured.values, strict=True)
-    ]
-    return [name, *values, error, accuracy]
-
-
-def _find_widest_spread(found: SimpleNamespace) -> float:
-    """The largest factor by which a base parameter differs among fits as good as the paper's."""
-    p, error = found.walked
-    good = [PAPER_P, *p[error <= PAPER_ERROR]]
-    if found.refits is not None:
-        good += [m.p for m in found.refits.minima if m.error <= PAPER_ERROR]
-    if found.profiles is not None:
-        close = found.profiles["error"].values <= PAPER_ERROR
-        good += list(found.profiles["others"].values[close])
-    base = np.abs(np.array(good))
-    return float((base.max(axis=0) / base.min(axis=0)).max())
-
-
-def _show_directions(section: Section, found: SimpleNamespace) -> None:
     section.heading("What the targets determine")
     directions, profiles = found.directions, found.profiles
     drawn = "by one linear step per draw" if found.refits is None else "refitted to each draw"
@@ -491,6 +468,27 @@ def _show_directions(section: Section, found: SimpleNamespace) -> None:
         f"Bootstrap of the mean of five animals from the targets' spread, {drawn}; an end at the"
         " search's bound (p2 0.25, 2500; p3, p4 −0.16, 0) means not determined.",
     )
+
+
+def _row(name: str, measured: Measured, error: float, accuracy: float) -> list[object]:
+    values = [
+        "over-damped" if n in _SCALE and measured.overdamped else float(v) * _SCALE.get(n, 1.0)
+        for n, v in zip(measured.names, measured.values, strict=True)
+    ]
+    return [name, *values, error, accuracy]
+
+
+def _find_widest_spread(found: SimpleNamespace) -> float:
+    """The largest factor by which a base parameter differs among fits as good as the paper's."""
+    p, error = found.walked
+    good = [PAPER_P, *p[error <= PAPER_ERROR]]
+    if found.refits is not None:
+        good += [m.p for m in found.refits.minima if m.error <= PAPER_ERROR]
+    if found.profiles is not None:
+        close = found.profiles["error"].values <= PAPER_ERROR
+        good += list(found.profiles["others"].values[close])
+    base = np.abs(np.array(good))
+    return float((base.max(axis=0) / base.min(axis=0)).max())
 
 
 def _describe(found: SimpleNamespace) -> str:
@@ -576,3 +574,96 @@ def show_lengths(data: SimpleNamespace, section: Section) -> None:
             "planted": data.planted,
         },
     )
+
+
+# The calibration: what the published constants give, what refits find, what is determined.
+
+PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
+PAPER_ERROR = 0.067  # [P]
+_WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])
+"""[C] Typical changes along the loosest direction."""
+_FAMILIES = ("exponential", "linear", "uniform")
+
+
+def calibrate(
+    effort: Scale,
+    *,
+    antenna: Antenna | None = None,
+    seed: int = 0,
+    engine: str = DEFAULT_ENGINE,
+) -> SimpleNamespace:
+    """Score, refit and analyse with some ``effort``.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``scores``: quantities, error and symmetric accuracy of the published constants, the shipped
+        presets and every refit, by name. ``refits`` (:class:`~feeler.calibration.Fit` or None):
+        least squares from the perturbed starts. ``directions``
+        (:class:`~feeler.calibration.EigenParameters`). ``walked``: parameters (step, parameter) and
+        errors (step,) along the loosest direction from the published constants. ``profiles``
+        (:class:`~feeler.calibration.Profiles` or None). ``draws``: bootstrapped parameters (draw,
+        parameter).
+    """
+    rng = np.random.default_rng(seed)
+    antenna = cockroach() if antenna is None else antenna
+    targets, protocol = load_targets("cockroach"), Protocol(engine=engine)
+
+    def make(name: str) -> Problem:
+        return Problem(hinges=make_hinges(name, antenna), targets=targets, protocol=protocol)
+
+    problem = make("exponential")
+    refits = None
+    if effort.fit_starts:
+        starts = make_starts(problem.hinges, effort.fit_starts + 1, rng)[1:]
+        refits = fit(make("exponential"), starts, method="least-squares", max_evaluations=3000)
+    best = np.array(PAPER_P) if refits is None else refits.p
+    directions = analyse_directions(problem, np.array(PAPER_P))
+    scores = {"published p1…p4": problem.score(PAPER_P)}
+    scores |= {f"preset {name}": _score_preset(name, make("scale")) for name in _FAMILIES}
+    controls = {"": refits} | _fit_controls(make, effort.control_starts, rng)
+    scores |= {
+        f"refitted {name}": (found.measured, found.error, found.symmetric_accuracy)
+        for name, found in controls.items()
+        if found is not None
+    }
+    return SimpleNamespace(
+        scores=scores,
+        refits=refits,
+        directions=directions,
+        walked=walk_sloppy_direction(problem, directions, _WALK),
+        profiles=(
+            compute_profiles(problem, best, n_places=effort.error_places, refits=6)
+            if effort.error_places
+            else None
+        ),
+        draws=bootstrap(
+            problem,
+            np.array(PAPER_P),
+            rng,
+            n_draws=effort.draws,
+            refits=effort.refits,
+            directions=directions,
+        ),
+    )
+
+
+def _score_preset(name: str, problem: Problem) -> tuple[Measured, float, float]:
+    same = Problem(
+        hinges=make_hinges("scale", cockroach(name)),
+        targets=problem.targets,
+        protocol=problem.protocol,
+    )
+    return same.score((1.0, 1.0))
+
+
+def _fit_controls(make, n_starts: int, rng: np.random.Generator) -> dict[str, Fit]:
+    if not n_starts:
+        return {}
+    fits = {}
+    for name in ("linear", "uniform"):
+        problem = make(name)
+        fits[name] = fit(
+            problem, make_starts(problem.hinges, n_starts, rng, spread=0.5), max_evaluations=60
+        )
+    return fits

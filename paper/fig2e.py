@@ -140,8 +140,9 @@ def compute_contacts(context: Context) -> SimpleNamespace:
     average = compute_dispersion(arrays, random_state=context.seed).average
     reference = found[DEFAULT_CONTACT]
     changes = {name: 100 * compute_change(reference, data) for name, data in found.items()}
-    rows = _list_contacts(changes, average)
-    return SimpleNamespace(rows=rows, changes=changes, average=average)
+    return SimpleNamespace(
+        rows=_list_contacts(changes, average), changes=changes, average=average
+    )
 
 
 def show_contacts(data: SimpleNamespace, section: Section) -> None:

@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.segments import Antenna
-from feeler.plotting.results import Shapes, plot_approach, plot_maps
+from feeler.plotting.results import list_shapes, plot_approach, plot_maps
 from feeler.plotting.style import mark_panels
 from feeler.plotting.tensors import plot_tensor
 from feeler.plotting.walls import (
@@ -98,8 +98,9 @@ def compute(context: Context) -> SimpleNamespace:
     # before the first slide: it needs none of the engine that another process compiles meanwhile
     family = None
     if {*CLAIMED} & {*antennas}:  # or there is nothing of the paper's to be held against
-        known = [*sweeps.items(), *default.items()]
-        family = sweep_family(antennas, part=effort.wall_part, known=known)
+        family = sweep_family(
+            antennas, part=effort.wall_part, known=[*sweeps.items(), *default.items()]
+        )
     slides = keep("wall", slide, first, lead, SLIDE_DISTANCES, **options)
     drives = {
         name: keep("wall", drive, antennas[name], lead, **options)
@@ -138,7 +139,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     top, middle, bottom = figure.subfigures(
         3, 1, height_ratios=(1.05, 1.1, 0.9), squeeze=False
     ).flat
-    shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.main_sweeps.items()}
+    shown = {name: list_shapes(sweep) for name, sweep in data.main_sweeps.items()}
     above = top.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     plot_approach(shown, above)
     below = middle.subplots()
@@ -221,17 +222,14 @@ def show(data: SimpleNamespace, section: Section) -> None:
         },
     )
     if data.far_slides:
-        shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
-        words = [f"{k} {s.inverted.sum()} of {s.contact.sum()}" for k, s in shapes.items()]
+        words = [
+            f"{name} {touch.inverted[:, -1].sum()} of {touch.contact[:, -1].sum()}"
+            for name, touch in data.far_slides.items()
+        ]
         section.text(
             "The inverted J still stands after sliding, of the distances in contact:"
             f" {', '.join(words)}."
         )
-    _list_maps(section, data)
-    _show_movie(section, data)
-
-
-def _list_maps(section: Section, data: SimpleNamespace) -> None:
     rows = [_row(f"{name}, nearest to the words", m) for name, m in data.main_maps.items()]
     rows += [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
     rows += [_row(f"{name}, {DEFAULT}", found) for name, found in data.default_maps.items()]
@@ -252,6 +250,12 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
         " without pre-bend. Error: predicted distance, each distance left out of its own fit."
         " Monotone: the peak moves one way over all distances used. Discriminated: the longest run"
         " of distances over which the peak moves on by more than a segment per step.",
+    )
+    section.movie(
+        write_drives_movie(data.drives, section.folder / "movieS3_wall.mp4", data.fps),
+        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
+        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
     )
 
 
@@ -287,15 +291,6 @@ def _row(name: str, found: DistanceMap) -> list[object]:
 
 
 # Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked.
-
-
-def _show_movie(section: Section, data: SimpleNamespace) -> None:
-    section.movie(
-        write_drives_movie(data.drives, section.folder / "movieS3_wall.mp4", data.fps),
-        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
-        f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
-        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
-    )
 
 
 # Beside Fig. 3B: R² over the family of set-ups of declared.toml, by which the wall claims are
@@ -425,8 +420,11 @@ def compute_family(context: Context) -> SimpleNamespace | None:
         return None
     said = read_declared("declared.toml")["wall_paper"]
     targets = {name: said[name] for name in CLAIMED}
-    rows = _list_values(family, targets) | _list_readings(family)
-    return SimpleNamespace(rows=rows, family=family, targets=targets)
+    return SimpleNamespace(
+        rows=_list_values(family, targets) | _list_readings(family),
+        family=family,
+        targets=targets,
+    )
 
 
 def show_family(data: SimpleNamespace, section: Section) -> None:

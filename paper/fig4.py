@@ -237,7 +237,30 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
 def show(data: SimpleNamespace, section: Section) -> None:
     """Figs. 4B–D, and whether bases map to contact location."""
     effort = data.effort
-    _show_ranks(section, data)
+    section.text(
+        "Every tensor is approximated by a few bases (sensor × 40 ms) laid down where sparse"
+        " activations say. Joint angles, negative values set to 0; one fit of all tensors, several"
+        " random starts."
+    )
+    section.figure(
+        "fig4_encoding",
+        "Left: residual and activation entropy (mean of rows; the table has three other"
+        " definitions) against the number of bases; bars span the best starts that were finished"
+        " for every number, where there are several. Below: the bases of each fit, base to tip"
+        " upwards, 40 ms across. Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
+        lambda figure: plot(data, figure),
+        height=7.0,
+        numbers={
+            name: getattr(data, name) for name in ("ranks", "residual", "entropy", "stability")
+        },
+    )
+    section.table(
+        ["entropy of the activations [bits]", *(f"M = {rank}" for rank in data.ranks)],
+        [[name, *map(float, entropy[:, 0])] for name, entropy in data.entropy.items()],
+        "The paper does not say which entropy rises with M. Rows: grey levels of each component's"
+        " activations over all trials, their mean or their sum. Mass: activations as shares of"
+        " their total, over everything or tensor by tensor.",
+    )
     tabulate_bases(section, data.starts)
     section.text(
         f"Effort at this scale: {effort.restarts} random starts by rank"
@@ -250,33 +273,6 @@ def show(data: SimpleNamespace, section: Section) -> None:
         + f", {effort.side_restarts} by"
         f" duration, {effort.plan.n_restarts} by profile, at most {effort.max_iter} iterations,"
         f" stopping when one gains less than {effort.tol:g}."
-    )
-
-
-def _show_ranks(section: Section, main: SimpleNamespace) -> None:
-    section.text(
-        "Every tensor is approximated by a few bases (sensor × 40 ms) laid down where sparse"
-        " activations say. Joint angles, negative values set to 0; one fit of all tensors, several"
-        " random starts."
-    )
-    section.figure(
-        "fig4_encoding",
-        "Left: residual and activation entropy (mean of rows; the table has three other"
-        " definitions) against the number of bases; bars span the best starts that were finished"
-        " for every number, where there are several. Below: the bases of each fit, base to tip"
-        " upwards, 40 ms across. Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
-        lambda figure: plot(main, figure),
-        height=7.0,
-        numbers={
-            name: getattr(main, name) for name in ("ranks", "residual", "entropy", "stability")
-        },
-    )
-    section.table(
-        ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
-        [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
-        "The paper does not say which entropy rises with M. Rows: grey levels of each component's"
-        " activations over all trials, their mean or their sum. Mass: activations as shares of"
-        " their total, over everything or tensor by tensor.",
     )
 
 
@@ -329,8 +325,13 @@ def compute_map(
     share, lags = along / np.where(mass > 0, mass, np.nan)[..., None], np.arange(along.shape[2])
     lag = share @ lags
     span = np.sqrt(np.maximum(share @ lags**2 - lag**2, 0.0))
-    margin = np.array([measure_margin(one.share) for one in mappings])
-    return SimpleNamespace(lag=lag, span=span, place=places, mappings=mappings, margin=margin)
+    return SimpleNamespace(
+        lag=lag,
+        span=span,
+        place=places,
+        mappings=mappings,
+        margin=np.array([measure_margin(one.share) for one in mappings]),
+    )
 
 
 def _encode_with(encoder: ConvolutiveNMF, bases: np.ndarray, data: np.ndarray) -> np.ndarray:
@@ -386,8 +387,7 @@ def compare_ranks(
 
 def compare_others(bases: np.ndarray) -> float:
     """The greatest similarity of two different bases of one fit."""
-    similarity = compute_basis_similarity(bases, bases)
-    return float(similarity[~np.eye(len(bases), dtype=bool)].max())
+    return float(compute_basis_similarity(bases, bases)[~np.eye(len(bases), dtype=bool)].max())
 
 
 def list_values(found: SimpleNamespace) -> dict[str, Any]:
@@ -471,7 +471,16 @@ def plot_encoder(shown: SimpleNamespace, figure: Figure) -> None:
     figure.colorbar(image, ax=wholes, label="angle [°]", location="left", pad=0.02)
     for m, colour in zip(range(rows), BASIS_COLOURS, strict=False):
         axes = [figure.add_subplot(grid[m, column]) for column in (4, 6)]
-        _draw_row(shown, m, colour, time, axes)
+        # One basis on its own scale, and its activation
+        basis, code = shown.bases[m], shown.code[m]
+        lag = (time[1] - time[0]) * np.arange(basis.shape[1])
+        scale = Normalize(0, float(basis.max()) or 1.0)
+        plot_tensor(basis, lag, axes[0], scale, labels=False, unit="of its greatest")
+        axes[0].set(yticks=[], xlabel="lag [ms]")
+        axes[0].set_title(f"basis {m + 1}", color=colour, pad=2)
+        axes[1].plot(time, code / (shown.code.max() or 1), color=colour)
+        axes[1].set(ylim=(0, 1.05), xlim=(time[0], time[-1]), yticks=[0, 1], xlabel="time [ms]")
+        axes[1].set_title(f"basis {m + 1}: activation", color=colour, pad=2)
         for ax in axes if m < rows - 1 else ():
             ax.set_xticklabels([])
             ax.set_xlabel("")
@@ -480,21 +489,6 @@ def plot_encoder(shown: SimpleNamespace, figure: Figure) -> None:
         ax.text(0.5, 0.5, sign, ha="center", va="center", fontsize=12)
         ax.axis("off")
     figure.supxlabel(_STEPS, fontsize=8)
-
-
-def _draw_row(
-    shown: SimpleNamespace, m: int, colour: str, time: np.ndarray, axes: list[Axes]
-) -> None:
-    """One basis on its own scale, and its activation."""
-    basis, code = shown.bases[m], shown.code[m]
-    lag = (time[1] - time[0]) * np.arange(basis.shape[1])
-    scale = Normalize(0, float(basis.max()) or 1.0)
-    plot_tensor(basis, lag, axes[0], scale, labels=False, unit="of its greatest")
-    axes[0].set(yticks=[], xlabel="lag [ms]")
-    axes[0].set_title(f"basis {m + 1}", color=colour, pad=2)
-    axes[1].plot(time, code / (shown.code.max() or 1), color=colour)
-    axes[1].set(ylim=(0, 1.05), xlim=(time[0], time[-1]), yticks=[0, 1], xlabel="time [ms]")
-    axes[1].set_title(f"basis {m + 1}: activation", color=colour, pad=2)
 
 
 def show_encoder(shown: SimpleNamespace, section: Section) -> None:

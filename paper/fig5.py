@@ -1,6 +1,5 @@
 """Fig. 5A–D and S6: accuracy against noise, dispersion, and touches that were never trained."""
 
-from collections.abc import Mapping
 from itertools import combinations
 from types import SimpleNamespace
 from typing import Any
@@ -185,25 +184,13 @@ def classify_new(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> S
         accuracy[split] = float(touches[split].mean())
         chance[split] = folds[0].chance
         confusion = sum(sweep.confusion[-1] for sweep in folds)
-        parts[split] = _split_parts(folds[0].classes, confusion / confusion.sum(), read)
-    change = _measure_change(array, names)
-    return SimpleNamespace(
-        accuracy=accuracy, touches=touches, chance=chance, parts=parts, change=change
-    )
-
-
-def _split_parts(
-    classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]
-) -> dict[str, float]:
-    words = np.array([str(name).split(" ") for name in classes])
-    return {
-        a: float(share[words[:, None, k] == words[None, :, k]].sum())
-        for k, a in enumerate(read)
-    }
-
-
-def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Mean over pairs of touches that differ in one attribute only (places: by one step)."""
+        words = np.array([str(name).split(" ") for name in folds[0].classes])
+        share = confusion / confusion.sum()
+        parts[split] = {
+            a: float(share[words[:, None, k] == words[None, :, k]].sum())
+            for k, a in enumerate(read)
+        }
+    # Mean over pairs of touches that differ in one attribute only (places: by one step)
     steps = {
         a: {value: k for k, value in enumerate(sorted(set(v.tolist())))}
         for a, v in names.items()
@@ -218,9 +205,12 @@ def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[
         if len(differ) == 1 and near[differ[0]]:
             size = (np.linalg.norm(array[i]) + np.linalg.norm(array[j])) / 2
             found[differ[0]].append(float(np.linalg.norm(array[i] - array[j]) / size))
-    return {
+    change = {
         a: float(np.mean(values)) if values else float("nan") for a, values in found.items()
     }
+    return SimpleNamespace(
+        accuracy=accuracy, touches=touches, chance=chance, parts=parts, change=change
+    )
 
 
 def compute_new(context: Context) -> SimpleNamespace:

@@ -284,10 +284,12 @@ def disperse_null(
 def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[str, Group]:
     """Speeds, then the other profiles; the first profile's touches are the slowest speed's."""
     speeds, profiles = groups.get("speed", {}), groups.get("profile", {})
-    others = list(profiles.items())[1 if speeds else 0 :]
-    every = {**speeds, **dict(others)}
-    ends = {*list(speeds)[:1], *list(speeds)[-1:], CLAIMED[-1]}
-    wanted = {"all": set(every), "ends": ends, "none": set()}[which]
+    every = {**speeds, **dict(list(profiles.items())[1 if speeds else 0 :])}
+    wanted = {
+        "all": set(every),
+        "ends": {*list(speeds)[:1], *list(speeds)[-1:], CLAIMED[-1]},
+        "none": set(),
+    }[which]
     return {name: group for name, group in every.items() if name in wanted}
 
 
@@ -370,8 +372,9 @@ def compute_complete(context: Context) -> SimpleNamespace | None:
         name: float(rectify(complete_tensors(data)["angle"].values).max())
         for name, data in tensors.items()
     }
-    dispersion = compute_dispersion(arrays, random_state=context.seed)
-    rows, indices = list_indices(dispersion, base.rows)
+    rows, indices = list_indices(
+        compute_dispersion(arrays, random_state=context.seed), base.rows
+    )
     rows |= {f"complete.peak.{name}": peak for name, peak in peaks.items()}
     rows |= {
         f"window.{part}.{name}": value
@@ -542,8 +545,9 @@ def compute_speeds(context: Context) -> SimpleNamespace | None:
         complete[name] = spread_accuracy(sweep)
     for curves in base.curves.values():
         rows |= _list_readings(curves, base, complete, spread_accuracy(null))
-    cut = base.curves["speed"].find("raw")
-    return SimpleNamespace(rows=rows, indices=indices, cut=cut, whole=whole)
+    return SimpleNamespace(
+        rows=rows, indices=indices, cut=base.curves["speed"].find("raw"), whole=whole
+    )
 
 
 def show_speeds(data: SimpleNamespace, section: Section) -> None:

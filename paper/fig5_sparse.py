@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
-from feeler.analysis import Interval
-from feeler.analysis.dispersion import bootstrap_mean
+from feeler.analysis.dispersion import Interval, bootstrap_mean
 from feeler.antenna.segments import Antenna
 from feeler.encoding import hoyer_sparseness
 from feeler.experiments.tactile import DURATION
@@ -185,8 +184,7 @@ def measure_recruitment(share: np.ndarray) -> dict[str, Interval]:
     """
     rng = np.random.default_rng(0)
     picks = rng.integers(len(share), size=(_N_RESAMPLES, len(share)))
-    drawn = hoyer_sparseness(share[picks].mean(axis=1))
-    low, high = np.quantile(drawn, [0.025, 0.975])
+    low, high = np.quantile(hoyer_sparseness(share[picks].mean(axis=1)), [0.025, 0.975])
     value = float(hoyer_sparseness(share.mean(axis=0)))
     return {
         _SHARED[0]: bootstrap_mean(hoyer_sparseness(share), rng),

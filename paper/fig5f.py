@@ -127,8 +127,11 @@ def fit_profiles(
         }
         for definition, measure in READINGS.items()
     }
-    sampling = float(np.diff(next(iter(tensors.values()))["time"].values[:2])[0])
-    return SimpleNamespace(encoders=encoders, entropy=entropy, sampling=sampling)
+    return SimpleNamespace(
+        encoders=encoders,
+        entropy=entropy,
+        sampling=float(np.diff(next(iter(tensors.values()))["time"].values[:2])[0]),
+    )
 
 
 def _average(entropies: _Entropies) -> dict[str, float]:

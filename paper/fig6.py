@@ -523,8 +523,9 @@ def _list_agreement(comparison: str, ends: dict[str, dict[str, Any]]) -> dict[st
             rows[f"robot.{index}.{name}"] = make_spread(
                 one.estimate, one.low, one.high, n=_N_TOUCHES
             )
-    share = {"value": float(np.mean(more)), "n": _N_TOUCHES}
-    return rows | {f"robot.agree.{comparison}": share}
+    return rows | {
+        f"robot.agree.{comparison}": {"value": float(np.mean(more)), "n": _N_TOUCHES}
+    }
 
 
 # Fig. S7: tensors of the six tip contacts, simulation beside surrogate robot. Shares Fig. 6's

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.plotting.style import PALETTE, mark_panels
 from feeler.report import Section
-from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
+from feeler.tracking import SIDES, make_synthetic_tracks, measure_exploration
 from feeler.tracking.kinematics import CUTOFF, MAX_GAP
 from paper.context import Context
 
@@ -50,20 +50,26 @@ def compute(context: Context) -> SimpleNamespace:
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the tracks, the angles and speeds of one trial, and the box plot of all trials."""
     path, trace, box = figure.subplots(1, 3, width_ratios=(1.1, 1.6, 1.0))
-    _plot_path(data.trial, path)
-    _plot_trace(data, trace)
-    _plot_box(data, box)
-    mark_panels((path, box))
-
-
-def _plot_path(tracks: Tracks, ax) -> None:
-    """Paths of the four landmarks."""
+    # Paths of the four landmarks
+    tracks = data.trial
     for name, colour in zip(
         tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False
     ):
-        ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
-    ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
-    ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0.1, 1.0))
+        path.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
+    path.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
+    path.legend(fontsize=7, frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0.1, 1.0))
+    _plot_trace(data, trace)
+    # Average maximum angular speed per side, a dot per trial, the paper's mean as a line
+    speeds = [column[np.isfinite(column)] for column in _degrees(data.exploration.mean_peak).T]
+    box.boxplot(speeds, tick_labels=SIDES, medianprops={"color": "#CC0000"}, showfliers=False)
+    for place, values in enumerate(speeds, 1):
+        box.plot(np.full(values.size, place), values, "k.")
+    box.axhline(
+        _degrees(_PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s"
+    )
+    box.set(ylabel="mean of peak speeds [°/s]", ylim=(0, None))
+    box.legend(fontsize=7, frameon=False)
+    mark_panels((path, box))
 
 
 def _plot_trace(data: SimpleNamespace, ax) -> None:
@@ -81,19 +87,6 @@ def _plot_trace(data: SimpleNamespace, ax) -> None:
         ax.plot(sweeps.peak_time / 1e3, _degrees(sweeps.peak_speed), ".", color=colour)
     ax.set(xlabel="time [s]", ylabel="angular speed [°/s]")
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-
-
-def _plot_box(data: SimpleNamespace, ax) -> None:
-    """Average maximum angular speed per side, a dot per trial, the paper's mean as a line."""
-    speeds = [column[np.isfinite(column)] for column in _degrees(data.exploration.mean_peak).T]
-    ax.boxplot(speeds, tick_labels=SIDES, medianprops={"color": "#CC0000"}, showfliers=False)
-    for place, values in enumerate(speeds, 1):
-        ax.plot(np.full(values.size, place), values, "k.")
-    ax.axhline(
-        _degrees(_PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s"
-    )
-    ax.set(ylabel="mean of peak speeds [°/s]", ylim=(0, None))
-    ax.legend(fontsize=7, frameon=False)
 
 
 def _degrees(speed: Any) -> Any:

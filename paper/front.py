@@ -11,8 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler import touch
-from feeler.analysis import compute_energy
-from feeler.analysis.information import measure_information
+from feeler.analysis.information import compute_energy, measure_information
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.observers import TemplateClassifier
@@ -75,8 +74,10 @@ def measure(
         for number in range(asked["sets"])
     ]
     shape = (len(antennas), len(speeds), asked["sets"], len(noises), len(CASES))
-    names = {"antenna": [*antennas], "speed": [*speeds]}
-    coords = names | {"level": [*noises], "case": [*CASES]}
+    coords = {"antenna": [*antennas], "speed": [*speeds]} | {
+        "level": [*noises],
+        "case": [*CASES],
+    }
     dims = ("antenna", "speed", "set", "level", "case")
     return xr.DataArray(np.reshape(found, shape), coords, dims)
 
@@ -93,10 +94,14 @@ def _measure_set(
     """Accuracy (level, case) of one set of touches."""
     met, true = task.draw(antenna, "test", set=number, speed=speed)
     learned, taught = task.draw(antenna, "train", set=number, speed=speed, each=asked["train"])
-    duration = np.ceil(LEAD + antenna.length / speed + _TAIL)
-    tensors = touch(antenna, [*met, *learned], duration=duration, save=("angle",), **options)
-    angle = in_unit(tensors["angle"], "rad").values
-    known, training = np.split(angle, [len(met)])
+    tensors = touch(
+        antenna,
+        [*met, *learned],
+        duration=np.ceil(LEAD + antenna.length / speed + _TAIL),
+        save=("angle",),
+        **options,
+    )
+    known, training = np.split(in_unit(tensors["angle"], "rad").values, [len(met)])
     rng, copies = np.random.default_rng([asked["seed"], number]), asked["copies"]
     truth, many = np.tile(true, copies), copies * asked["train"]
     rows = []
@@ -118,8 +123,7 @@ def _measure_set(
 
 def list_values(found: xr.DataArray) -> dict[str, dict[str, float]]:
     """Mean accuracy and its 95 % interval over sets, by name."""
-    row = ("case", "level", "antenna", "speed")
-    mean = average_sets(found).stack(row=row)
+    mean = average_sets(found).stack(row=("case", "level", "antenna", "speed"))
     return {
         _name(case, level, antenna, speed): make_interval(*one, n=found.sizes["set"])
         for (case, level, antenna, speed), *one in zip(
@@ -144,8 +148,9 @@ def compute(context: Context) -> SimpleNamespace:
     found = measure(antennas, {"slow": SPEEDS["slow"]}, asked, **context.physics)
     few = asked | {kind: [asked["headline"][kind]] for kind in _KINDS}
     fast = measure({first: antennas[first]}, {"fast": SPEEDS["fast"]}, few, **context.physics)
-    rows = list_values(found) | list_values(fast)
-    return SimpleNamespace(rows=rows, names=[*antennas], asked=asked)
+    return SimpleNamespace(
+        rows=list_values(found) | list_values(fast), names=[*antennas], asked=asked
+    )
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:

@@ -15,10 +15,10 @@ from feeler.decoding.transfer import LABEL_PARTS, TransferClassifier, score_tran
 from feeler.errors import InvalidInput
 from feeler.files import parse_toml
 from feeler.report import Section, make_spread
-from feeler.robot.reality import align_recordings, make_training
+from feeler.robot.classify import align_recordings, make_training
 from feeler.robot.recordings import load_recording
-from paper.calibration_report import PAPER_P
 from paper.context import Context
+from paper.fig2 import PAPER_P
 
 _KHZ = {"frequency": 1e-3}  # Hz → kHz
 _KNOWN = {

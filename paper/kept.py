@@ -12,9 +12,9 @@ from pathlib import Path
 from PIL import Image
 
 from feeler.report import MARKER, Section
+from paper.cache import Stage
 from paper.context import KEYED, Context
 from paper.report import OPENING_MOVIE
-from paper.stage import Stage
 from paper.table import RESULTS, Results
 
 SHIPPED = Path(__file__).parent / "kept"

@@ -13,10 +13,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.kept import write_kept
+from paper.cache import find_kept
 from paper.context import Context
 from paper.kept import keep_sections
 from paper.reproduce import STAGES
-from paper.stage import find_kept
 
 RESULTS = Path(__file__).parents[1] / "benchmarks" / "results" / "reproduce.json"
 

@@ -342,8 +342,7 @@ def make_rows(
         sentence = declared.replace(groups=groups)
         spreads = [_spread(by_group[group]) for group in sentence.groups]
         share = looser = stricter = np.nan
-        values = [spread[:3] for spread in spreads]
-        agrees = agree(sentence, values)
+        agrees = agree(sentence, [spread[:3] for spread in spreads])
         if sentence.of not in ("", "nothing") and min(spread[3] for spread in spreads) < 2:
             agrees = None
         if isinstance(next(iter(by_group.values())), np.ndarray):

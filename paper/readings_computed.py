@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.analysis import compute_dispersion
-from feeler.analysis.dispersion import bootstrap_mean
+from feeler.analysis.dispersion import bootstrap_mean, compute_dispersion
 from feeler.decoding import compute_sweep, make_labels
 from feeler.decoding.classifiers import PrincipalComponents, fit_lda, make_lda
 from feeler.decoding.curves import configure, encode_with, make_null
@@ -363,8 +362,13 @@ def _compute_lda(sentence: Sentence, context: Context, section: Section) -> Iter
             scalings = ("each vector", "each touch", "all touches")
             for scaling in scalings[chosen["code"] == "tensors" :]:
                 base = {"components": components, "scaling": scaling} | chosen
-                main = all(sentence.main.get(key) == value for key, value in base.items())
-                yield from _classify(context, base, real, null, main=main)
+                yield from _classify(
+                    context,
+                    base,
+                    real,
+                    null,
+                    main=all(sentence.main.get(key) == value for key, value in base.items()),
+                )
     if comparison == "profile":
         yield from _classify_own(context)
 

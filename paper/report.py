@@ -45,9 +45,45 @@ def write_report(context: Context, sections: list[Section], judged: list[Judged]
     and ``verdicts.json``; copy each figure's files and numbers to ``figures/``.
     """
     _write_pdf(context.out / "figures.pdf", sections)
-    _copy_figures(context.out / "figures", sections)
+    folder = context.out / "figures"
+    folder.mkdir(parents=True, exist_ok=True)
+    for section in sections:
+        for name in section.list_figures():
+            (folder / f"{name}.pdf").unlink(
+                missing_ok=True
+            )  # an earlier run's picture of other numbers
+        if any(block["kind"] in ("figure", "movie") for block in section.blocks):
+            for file in sorted(section.folder.iterdir()):
+                if file.name not in (MARKER, PAGES):
+                    (folder / file.name).write_bytes(file.read_bytes())
+        if section.vector and section.list_figures():
+            _split_pages(section, folder)
     Results.collect(sections).write(context.out / RESULTS)
-    _write_verdicts(context.out / "verdicts.json", context, judged)
+    # What the run was made with, and every verdict; no times, no machine: equal runs leave equal
+    # bytes.
+    data: dict[str, Any] = {
+        "configuration": context.describe(),
+        "versions": list_versions(),
+        "verdicts": {
+            one.statement.id: {
+                "says": one.statement.says,
+                "verdict": one.word,
+                "why": one.why,
+                "ours": one.ours,
+                "findings": [
+                    {
+                        part: getattr(found, part)
+                        for part in ("verdict", "ours", "note", "moves")
+                    }
+                    for found in one.findings
+                ],
+            }
+            for one in judged
+            if context.is_cockroach
+        },
+    }
+    text = json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False)
+    write_text(context.out / "verdicts.json", text)
     return write_page(context, sections, judged)
 
 
@@ -70,8 +106,7 @@ def write_page(context: Context, sections: list[Section], judged: list[Judged]) 
             title="The paper's measures, of this antenna",
             body=templates.measures(judged),
         )
-        page = render_page(name, _describe(context), [measures, *parts])
-        write_text(report, page)
+        write_text(report, render_page(name, _describe(context), [measures, *parts]))
         return report
     body = templates.statements(
         judged,
@@ -253,49 +288,6 @@ def _write_pdf(path: Path, sections: list[Section]) -> None:
         writer.append(PdfReader(section.folder / PAGES))
     with writing(path) as part:
         writer.write(part)
-
-
-def _write_verdicts(path: Path, context: Context, judged: list[Judged]) -> None:
-    """What the run was made with, and every verdict; no times, no machine: equal runs leave equal
-    bytes.
-    """
-    data: dict[str, Any] = {
-        "configuration": context.describe(),
-        "versions": list_versions(),
-        "verdicts": {
-            one.statement.id: {
-                "says": one.statement.says,
-                "verdict": one.word,
-                "why": one.why,
-                "ours": one.ours,
-                "findings": [
-                    {
-                        part: getattr(found, part)
-                        for part in ("verdict", "ours", "note", "moves")
-                    }
-                    for found in one.findings
-                ],
-            }
-            for one in judged
-            if context.is_cockroach
-        },
-    }
-    write_text(path, json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False))
-
-
-def _copy_figures(folder: Path, sections: list[Section]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    for section in sections:
-        for name in section.list_figures():
-            (folder / f"{name}.pdf").unlink(
-                missing_ok=True
-            )  # an earlier run's picture of other numbers
-        if any(block["kind"] in ("figure", "movie") for block in section.blocks):
-            for file in sorted(section.folder.iterdir()):
-                if file.name not in (MARKER, PAGES):
-                    (folder / file.name).write_bytes(file.read_bytes())
-        if section.vector and section.list_figures():
-            _split_pages(section, folder)
 
 
 def _split_pages(section: Section, folder: Path) -> None:

@@ -12,11 +12,10 @@ from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report import Section
 from paper import inputs, readings_page
-from paper.cache import SOURCES, list_sources
+from paper.cache import SOURCES, Stage, find_kept, list_sources, run_stage
 from paper.context import Context
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
-from paper.stage import Stage, find_kept, run_stage
 from paper.statements import judge_statements
 
 STAGES = (

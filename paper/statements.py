@@ -59,8 +59,11 @@ def parse_test(text: str) -> dict[str, Any]:
         names, signs = re.split(" [<>] ", bracket[1]), re.findall(" ([<>]) ", bracket[1])
         kind = {"<" * len(signs): "order", "><": "dip"}.get("".join(signs))
         if kind:
-            key = f"{text[: bracket.start()]}{{group}}{text[bracket.end() :]}"
-            return {"kind": kind, "key": key, "groups": tuple(names)}
+            return {
+                "kind": kind,
+                "key": f"{text[: bracket.start()]}{{group}}{text[bracket.end() :]}",
+                "groups": tuple(names),
+            }
     elif found := _VALUE.fullmatch(text) or _BOUND.fullmatch(text):
         parts = found.groupdict()
         side = {"≥": "above", "≤": "below"}.get(parts.get("side", ""), "value")
@@ -152,8 +155,14 @@ class Statement(Record):
             return tuple(one for one in load_sentences() if self.id in one.claims)
         choice: tuple[Option, ...] = ()
         if self.readings:
-            options = dict.fromkeys(self.readings, "natural")
-            choice = (Option(name="reading", asks=self.says, why="", options=options),)
+            choice = (
+                Option(
+                    name="reading",
+                    asks=self.says,
+                    why="",
+                    options=dict.fromkeys(self.readings, "natural"),
+                ),
+            )
         return tuple(self._make_sentence(text, choice) for text in self.tests)
 
     def _make_sentence(self, text: str, choice: tuple[Option, ...]) -> Sentence:
@@ -290,13 +299,18 @@ def judge(
         or judge_sentence(one, tabulate(read_values(one, results)), words)
         for one in sentences
     )
-    shown = _show_values(statement.list_shown(), results)
+    values = {key: value for key in statement.list_shown() if (value := results.get(key))}
+    named = len({split_key(key)[2] for key in values}) > 1
+    said = (
+        f"{split_key(key)[2]} {show(value)}" if named else show(value)
+        for key, value in values.items()
+    )
+    shown = "; ".join(said) or "–"
     ours = "; ".join(one.ours for one in findings if one.ours != "–") or shown
-    if statement.why or not is_cockroach:
-        why = statement.why or "another antenna than the paper's"
-        return Judged(statement=statement, verdict=NEVER, why=why, ours=ours)
-    if [*SCALES].index(scale) < [*SCALES].index(statement.scale):
+    why = statement.why or ("" if is_cockroach else "another antenna than the paper's")
+    if not why and [*SCALES].index(scale) < [*SCALES].index(statement.scale):
         why = f"too little is computed at {scale} scale; {statement.scale} judges it"
+    if why:
         return Judged(statement=statement, verdict=NEVER, why=why, ours=ours)
     verdict = max((one.verdict for one in findings), key=_WORSE.index)
     failed = [one for one in findings if one.verdict == verdict]
@@ -305,19 +319,6 @@ def judge(
         held = sum(one.verdict == OWN_WORDS for one in findings)
         why = f"{held} of {len(findings)} tests hold; {why}"
     return Judged(statement=statement, verdict=verdict, why=why, ours=ours, findings=findings)
-
-
-def _show_values(keys: Sequence[str], results: Results) -> str:
-    found = [(key, value) for key in keys if (value := results.get(key)) is not None]
-    groups = [split_key(key)[2] for key, _ in found]
-    named = len({*groups}) > 1
-    return (
-        "; ".join(
-            f"{group} {show(value)}" if named else show(value)
-            for group, (_, value) in zip(groups, found, strict=True)
-        )
-        or "–"
-    )
 
 
 def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, int]:

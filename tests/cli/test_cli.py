@@ -41,6 +41,12 @@ from ._command import run
         (("compare", "linear"), "at least two different antennas"),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
         (["design", "absent.toml"], "feeler: cannot read absent.toml: no such file"),
+        (
+            ["touch", "--speed", "x"],
+            "feeler: Invalid value for '--speed': give a number, got 'x'",
+        ),
+        (["touch", "--weight", "2"], "feeler: No such option: --weight"),
+        (["robot", "dance"], "feeler: No such command 'dance'"),
     ],
 )
 def test_bad_input_is_one_message(tmp_path, arguments, message):
@@ -48,7 +54,7 @@ def test_bad_input_is_one_message(tmp_path, arguments, message):
     assert result.returncode == 2
     assert message in result.stderr
     assert result.stdout == ""  # nothing was begun
-    assert "Traceback" not in result.stderr
+    assert "Traceback" not in result.stderr and "Error:" not in result.stderr
     assert not list(tmp_path.rglob("*.nc"))
 
 

@@ -120,7 +120,7 @@ def test_tracks_are_read_and_measured_as_asked(monkeypatch, tmp_path):
     monkeypatch.setattr("feeler.tracking.load_tracks", lambda *_, **__: tracks)
     told = hear(monkeypatch, "feeler.tracking.measure_exploration", *words)
     assert {name: told[name] for name in MEASURED} == MEASURED
-    asked = {"tips": ("a", "b"), "bases": None, "head": "c", "abdomen": "d"}
+    asked = {"tips": ("a", "b"), "bases": ("c", "c"), "head": "c", "abdomen": "d"}
     assert told["landmarks"] == asked
     told = hear(
         monkeypatch, "feeler.tracking.save_poses", *words, "--out", tmp_path / "o", *NWB

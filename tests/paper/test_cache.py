@@ -14,12 +14,11 @@ from feeler import provenance
 from feeler.errors import FeelerError
 from feeler.report import Section
 from paper import cache
-from paper.cache import hold, keep, list_sources
+from paper.cache import Stage, hold, is_kept, keep, list_sources, run_stage
 from paper.context import Context
 from paper.fig4 import CachedNMF
 from paper.kept import find_shipped, keep_sections
 from paper.report import OPENING_MOVIE
-from paper.stage import Stage, is_kept, run_stage
 from paper.statements import judge_statements, load_statements
 
 

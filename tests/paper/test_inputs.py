@@ -4,7 +4,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped
-from feeler.robot.reality import draw_robots, touch_robots
+from feeler.robot.classify import draw_robots, touch_robots
 from feeler.robot.recordings import save_recording
 from paper.context import Context
 from paper.inputs import make_section, read_inputs

@@ -3,6 +3,7 @@ then.
 """
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 import feeler
 from feeler.plotting import tensors as touch_movie
 from feeler.plotting.antennas import FPS, SLOWER, choose_frames, say_clock
-from feeler.plotting.results import Shapes, plot_shapes
+from feeler.plotting.results import plot_shapes
 from feeler.plotting.style import mark_places
 
 
@@ -110,7 +111,7 @@ def test_touches_side_by_side_share_a_clock_and_millimetres(written):
 def test_shapes_stand_at_their_distance_in_millimetres():
     points = np.array([[[0.0, 0.0], [3.0, 10.0]], [[0.0, 0.0], [2.0, 12.0]]])
     states = {"contact": np.array([True, False]), "inverted": np.array([True, False])}
-    shapes = Shapes(
+    shapes = SimpleNamespace(
         points=points,
         wall=np.array([-8.0, -6.5]),
         peak=np.array([[1.0, 5.0], [np.nan, np.nan]]),

@@ -20,7 +20,6 @@ from feeler.plotting import antennas, results
 from feeler.plotting import tensors as touch
 from feeler.plotting.antennas import make_patch, plot_profiles
 from feeler.plotting.results import (
-    Shapes,
     plot_approach,
     plot_maps,
 )
@@ -122,7 +121,9 @@ def make_shapes(wall, contact, inverted):
     """Of three distances, each antenna with a place of its own."""
     points = np.arange(12.0).reshape(3, 2, 2) ** 1.1
     states = {"contact": np.array(contact), "inverted": np.array(inverted)}
-    return Shapes(points=points, wall=np.array(wall), peak=points[:, 1] - 0.3, **states)
+    return SimpleNamespace(
+        points=points, wall=np.array(wall), peak=points[:, 1] - 0.3, **states
+    )
 
 
 def test_the_wall_of_each_colour_is_the_distance_of_which_the_legend_speaks():

@@ -27,9 +27,8 @@ from feeler.robot import (
     touch_robots,
     train_decoder,
 )
-from feeler.robot.classify import judge_recording
+from feeler.robot.classify import choose_before, judge_recording
 from feeler.robot.decoder import Readings, _LiveTouch
-from feeler.robot.reality import choose_before
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.stream import Link
 

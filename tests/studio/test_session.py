@@ -13,7 +13,13 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.studio.live import replay
-from feeler.studio.requests import Readings, TouchRequest, hash_tensor, make_simulation
+from feeler.studio.requests import (
+    TouchRequest,
+    hash_tensor,
+    join_samples,
+    make_simulation,
+    read_sample,
+)
 from feeler.studio.session import Session
 
 from ._messages import unpack
@@ -140,9 +146,8 @@ OBJECTS = [
 def make_read(**wish):
     """A simulation of a wish, and what a page is shown of its beginning."""
     wish = TouchRequest.from_plain({"antenna": {}, **SHORT, **wish})
-    simulation, readings = make_simulation(wish), Readings()
-    readings.add(simulation)
-    return wish, simulation, readings.take()
+    simulation = make_simulation(wish)
+    return wish, simulation, join_samples([read_sample(simulation)])
 
 
 def test_objects_are_shown_turned_as_they_face():

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.plotting.results import Shapes, plot_shapes
+from feeler.plotting.results import list_shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
 from feeler.wall.distance import SETUP_CHOICES
@@ -23,7 +23,7 @@ from paper.fig3 import (
 
 def test_every_distance_is_drawn_with_its_wall():
     sweep = approach(cockroach(), Posture(side="left"))
-    shapes = Shapes.of_sweep(sweep)
+    shapes = list_shapes(sweep)
     ax = Figure().subplots()
     plot_shapes({"exponential": shapes, "again": shapes}, ax)
     walls, lines = ax.collections

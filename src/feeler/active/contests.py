@@ -97,8 +97,9 @@ class Contest(Record):
 
     def make_observer(self, antenna: Antenna, number: int) -> Observer:
         """Who knows set ``number`` of touches."""
-        task = self.make_task(antenna, number)
-        return Observer(task, period=self.period, random_state=number)
+        return Observer(
+            self.make_task(antenna, number), period=self.period, random_state=number
+        )
 
     @checked
     def run(

@@ -259,11 +259,10 @@ class Observer:
                     )
             return found
 
-        belief = weight @ self._members
         return Belief(
             time=time,
             left=left,
-            belief=belief,
+            belief=weight @ self._members,
             touching=touching,
             way=way.copy(),
             speed=speed,

@@ -122,8 +122,7 @@ def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
         angle, base = arena.state.angle[lane], arena.state.base[lane]
     if scene.antenna.spatial:
         points = scene.antenna.shape(angle, base[3:]) + base[:3]
-        bent = np.linalg.norm(angle[:2], axis=0)
-        return points[:, :2], bent, scene.antenna.flatten()
+        return points[:, :2], np.linalg.norm(angle[:2], axis=0), scene.antenna.flatten()
     return scene.antenna.shape(angle, base[2]) + base[:2], np.abs(angle), scene.antenna
 
 

@@ -87,8 +87,7 @@ class TouchVecEnv(VecEnv):
         self, method_name: str, *args: Any, indices: Any = None, **options: Any
     ) -> list[Any]:
         """What a method of the lanes returns, once for each."""
-        found = getattr(self.lanes, method_name)(*args, **options)
-        return [found] * len(self._list(indices))
+        return [getattr(self.lanes, method_name)(*args, **options)] * len(self._list(indices))
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """No lane is wrapped."""

@@ -113,8 +113,7 @@ def _draw_overlay(
         colour = f"C{k}"
         x, y = (found.posture[moment] * scale).T
         shown = origin + x[:, None] * across + y[:, None] * along
-        label = f"{found.time[moment]:.0f} ms"
-        ax.plot(*shown.T, "-", color=colour, lw=1.5, label=label)
+        ax.plot(*shown.T, "-", color=colour, lw=1.5, label=f"{found.time[moment]:.0f} ms")
         points = film.origin + film.position[begin + moment]
         ax.plot(*points.T, "o", color=colour, ms=4, mec="white", mew=0.5)
     ax.set_aspect("equal")
@@ -173,8 +172,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
             "Angle of every sensor while the object is touched.",
             lambda figure: plot_trial(study.touch, 0, "angle", figure.subplots()),
         )
-        shown = study.contacts[["on_ms", "off_ms", "duration_ms", "place"]]
-        rows = shown.to_numpy().tolist()
+        rows = study.contacts[["on_ms", "off_ms", "duration_ms", "place"]].to_numpy().tolist()
         section.table(["contact on [ms]", "off [ms]", "duration [ms]", "place (0 base)"], rows)
     if study.wall is not None:
         section.heading("How far a wall is")

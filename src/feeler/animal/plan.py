@@ -351,8 +351,7 @@ def _film_walk(path: Path, antenna: Antenna, rng: np.random.Generator) -> None:
     place = np.concatenate([*points.values()], axis=1)
     place = place + rng.normal(0, 0.02, place.shape)
     pixels = place * np.tile([_SCALE, -_SCALE], 6) + np.tile([300.0, 500.0], 6)
-    header = ",".join(f"{name}_{axis}" for name in points for axis in "xy")
-    _write_table(path, header, pixels)
+    _write_table(path, ",".join(f"{name}_{axis}" for name in points for axis in "xy"), pixels)
 
 
 def _point(turn: np.ndarray) -> np.ndarray:

@@ -171,8 +171,9 @@ class AnimalStudy(Shown):
         if np.isfinite(self.tip_error):
             lines.append(f"tip: {self.tip_error:.3g} mm (r.m.s.) from the filmed one")
         if self.wall is not None:
-            found = f"R² {self.wall.r2:.3f}, off by {self.wall.error:.3g} mm"
-            words = self.wall.undefined or found
+            words = (
+                self.wall.undefined or f"R² {self.wall.r2:.3f}, off by {self.wall.error:.3g} mm"
+            )
             lines.append(f"wall: distance from the place of greatest curvature: {words}")
             lines.append(f"wall: this antenna {self.wall.bending}")
         lines += [f"spikes: {name} {value:.4g}" for name, value in self.spikes.items()]
@@ -334,8 +335,11 @@ def _make_protocol(study: AnimalStudy) -> Protocol:
             f"[releases] at = {at:g} mm is beyond the antenna's tip, {antenna.length:.4g} mm from"
             " the base."
         )
-    speed = plan.impulses.speed if plan.impulses is not None else 0.2
-    return Protocol(at=at, deflection=0.1 * at, speed=speed)
+    return Protocol(
+        at=at,
+        deflection=0.1 * at,
+        speed=plan.impulses.speed if plan.impulses is not None else 0.2,
+    )
 
 
 def _fit(study: AnimalStudy, progress: Advance | None) -> None:
@@ -510,8 +514,11 @@ def _fire(study: AnimalStudy) -> None:
     if study.contacts.empty:  # a gain by the greatest rate would be that of rounding errors
         study.missing["simulated spikes"] = "an object that the antenna meets"
     else:
-        around = np.array((0.0, 90.0) if "plane" in touch.dims else (0.0,))
-        sensilla = place_sensilla(touch["position"].values, 30.0, around=around)
+        sensilla = place_sensilla(
+            touch["position"].values,
+            30.0,
+            around=np.array((0.0, 90.0) if "plane" in touch.dims else (0.0,)),
+        )
         times = draw_spikes(find_gain(touch, sensilla).encode(touch), seed=0)["spike_time"]
         study.spikes = {"simulated": float(np.isfinite(times.values).sum())}
     if study.plan.spikes is None:

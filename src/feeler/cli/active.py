@@ -56,9 +56,8 @@ def active(
     How often an ideal observer classifies the object correctly by each deadline, the work, and
     what steering gains.
     """
-    from feeler.active import film_policy, parse_policy
     from feeler.active.contests import load_contest, write_active
-    from feeler.active.policies import write_film
+    from feeler.active.policies import film_policy, parse_policy, write_film
     from feeler.cli.choose import choose_antenna
     from feeler.provenance import describe_versions
 

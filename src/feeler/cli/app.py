@@ -1,5 +1,6 @@
 """``feeler``: gathers the verbs, and turns feeler's errors into one message and exit code 2."""
 
+import io
 import os
 import sys
 import warnings
@@ -23,6 +24,8 @@ _GROUPS = {
 _VERBS = tuple(verb for verbs in _GROUPS.values() for verb in verbs)
 
 _INTERRUPTED = 130  # the shells' exit code after Ctrl-C
+# the parent of all that click, or Typer's own copy of it, says of a wrong call
+_WrongCall: Any = typer.BadParameter.__mro__[2]
 
 
 class _Interrupted(Exception):
@@ -103,20 +106,18 @@ _NO_MEMORY = (
 _LEAST = 900 * 10**6  # [C] bytes of addresses, below which compiled libraries end Python itself
 
 
-def _is_starved() -> bool:
-    """Whether a limit of the system leaves fewer addresses than can be done with."""
-    if find_spec("resource") is None:  # Windows
-        return False
-    import resource
-
-    return 0 <= resource.getrlimit(resource.RLIMIT_AS)[0] < _LEAST
-
-
 def _run() -> None:
-    if _is_starved():
-        _give_up()
+    if find_spec("resource"):  # not on Windows
+        import resource
+
+        if 0 <= resource.getrlimit(resource.RLIMIT_AS)[0] < _LEAST:
+            _give_up()
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
+    except _WrongCall as error:  # Typer's own words about options
+        error.show(said := io.StringIO())
+        print(said.getvalue().replace("Error: ", "feeler: ", 1), end="", file=sys.stderr)
+        sys.exit(error.exit_code)
     except FeelerError as error:
         if lacks_memory(error.__cause__):  # there is none for the words of the shell
             _give_up()

@@ -340,8 +340,11 @@ def _fit_targets(said: SimpleNamespace, antenna: Any, profile: str) -> None:
     lines.append(
         f"error {found.error:.4g}, median symmetric accuracy {found.symmetric_accuracy:.4g}"
     )
-    plain = {"parameters": parameters, "measured": measured, "error": found.error}
-    say(said.as_json, plain, lines)
+    say(
+        said.as_json,
+        {"parameters": parameters, "measured": measured, "error": found.error},
+        lines,
+    )
 
 
 def _say_start(done: int, total: int, minimum, best: float) -> None:

@@ -73,8 +73,9 @@ def score(
     from feeler.cli.choose import name_classifier
     from feeler.decoding import CLASSIFIERS
 
-    makers = {text: CLASSIFIERS[name_classifier(text)] for text in methods}
-    _score(touches, makers, noise, out, by)
+    _score(
+        touches, {text: CLASSIFIERS[name_classifier(text)] for text in methods}, noise, out, by
+    )
 
 
 @app.command()

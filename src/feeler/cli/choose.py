@@ -40,8 +40,7 @@ def name_classifier(text: str) -> str:
     """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
     which gives anything with ``fit`` and ``predict`` and is known by this text from now on.
     """
-    from feeler.decoding import CLASSIFIERS
-    from feeler.decoding.classifiers import adopt
+    from feeler.decoding.classifiers import CLASSIFIERS, adopt
 
     file, _, name = text.partition(":")
     if file.endswith(".py") and text not in CLASSIFIERS:

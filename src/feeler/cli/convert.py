@@ -63,7 +63,19 @@ def convert(
 
     require_new(target)
     if find_bag(source) is not None:
-        _convert_bag(source, target)
+        # a robot's recording as CSV; tensors need its antenna, which this verb does not ask for
+        from feeler.robot import load_recording, save_recording
+
+        recording = load_recording(source, n_channels=None)
+        if target.suffix.lower() != ".csv":
+            raise InvalidInput(
+                f"a recording becomes tensors with its antenna: feeler robot convert {source}"
+                f" --antenna robot.toml --out {target}."
+            )
+        save_recording(recording, target, digits=9)
+        typer.echo(
+            f"wrote {target}: {recording.n_sensors} channels, {recording.time.size} samples"
+        )
         return
     if not source.exists():  # before any option of the target is asked for
         raise InvalidInput(f"cannot read {source}: no such file. Check the path.")
@@ -88,17 +100,3 @@ def convert(
         raise name_instead(source, "tensors") or error from None
     save(tensors, target, **options)
     typer.echo(f"wrote {target}")
-
-
-def _convert_bag(source: Path, target: Path) -> None:
-    """A robot's recording as CSV; tensors need its antenna, which this verb does not ask for."""
-    from feeler.robot import load_recording, save_recording
-
-    recording = load_recording(source, n_channels=None)
-    if target.suffix.lower() != ".csv":
-        raise InvalidInput(
-            f"a recording becomes tensors with its antenna: feeler robot convert {source} --antenna"
-            f" robot.toml --out {target}."
-        )
-    save_recording(recording, target, digits=9)
-    typer.echo(f"wrote {target}: {recording.n_sensors} channels, {recording.time.size} samples")

@@ -56,10 +56,10 @@ def report_interrupt(words: str) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-def require_new(file: Path) -> None:
+def require_new(file: Path, option: str = "name") -> None:
     """Refuse to write over what is there."""
     if file.exists():
-        raise InvalidInput(f"{file} exists already. Choose another name.")
+        raise InvalidInput(f"{file} exists already. Choose another {option}.")
 
 
 def say_adapted(tensors: Any) -> str:
@@ -163,8 +163,7 @@ class _Page(TyperCommand):
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
-            opts = getattr(error.param, "opts", [])
-            error.message = _say_plainly(error.message, opts, words)
+            error.message = _say_plainly(error.message, getattr(error.param, "opts", []), words)
             raise
 
     def format_options(self, ctx: Any, formatter: Any) -> None:

@@ -75,7 +75,20 @@ def reproduce(
 
     From the mechanics up, with a verdict on every claim.
     """
-    _find_paper()
+    # Let this process and its workers import the reproduction, which is in the repository:
+    # the one that feeler is imported from, or else the one that is the current folder
+    for root in (Path(feeler.__file__).parents[2], Path.cwd()):
+        if (root / "paper" / "statements.toml").is_file():
+            break
+    else:
+        raise MissingDependencyError(
+            "the reproduction of the paper is not installed with feeler: clone its repository and"
+            " run make reproduce, or feeler reproduce, there."
+        )
+    if str(root) not in sys.path:
+        sys.path.insert(0, str(root))
+        others = os.environ.get("PYTHONPATH")
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(root), others)))
     for library in ("filelock", "pypdf"):
         require_extra(library, "all", "the reproduction of the paper")
     if workers != 1:
@@ -96,21 +109,3 @@ def reproduce(
         fresh=fresh,
         inputs=inputs,
     )
-
-
-def _find_paper() -> None:
-    """Let this process and its workers import the reproduction, which is in the repository: the one
-    that feeler is imported from, or else the one that is the current folder.
-    """
-    for root in (Path(feeler.__file__).parents[2], Path.cwd()):
-        if (root / "paper" / "statements.toml").is_file():
-            break
-    else:
-        raise MissingDependencyError(
-            "the reproduction of the paper is not installed with feeler: clone its repository and"
-            " run make reproduce, or feeler reproduce, there."
-        )
-    if str(root) not in sys.path:
-        sys.path.insert(0, str(root))
-        others = os.environ.get("PYTHONPATH")
-        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(root), others)))

@@ -426,17 +426,17 @@ def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
     """The linear decoder of a board, written where it is accurate enough; what is said of it."""
     from feeler.robot.board import make_board_decoder
 
-    made = make_board_decoder(decoder)
+    header, accuracy, window = make_board_decoder(decoder)
     words = (
-        f"linear, {made.window} ms after contact: {made.accuracy:.1%} held out, against"
+        f"linear, {window} ms after contact: {accuracy:.1%} held out, against"
         f" {decoder.accuracy:.1%}"
     )
-    if made.accuracy < decoder.accuracy - 0.03:
+    if accuracy < decoder.accuracy - 0.03:
         words = f"not written: {words}, more than 3 points less"
     else:
-        write_text(path, made.write())
+        write_text(path, header)
         words = f"{path}: {words}"
-    return {"accuracy": made.accuracy, "window": made.window, "words": words}
+    return {"accuracy": accuracy, "window": window, "words": words}
 
 
 for verb in (stream, board):

@@ -184,10 +184,9 @@ def _make_touches(
     from feeler.objects import load_objects
     from feeler.robot.description import make_touches as make_robot_touches
 
-    features = None if objects is None else load_objects(objects)
     return make_robot_touches(
         **list_given(
-            features=features,
+            features=None if objects is None else load_objects(objects),
             locations=split_numbers("--locations", locations),
             speeds=split_numbers("--speeds", speeds),
             friction=friction,

@@ -24,7 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, say, say_adapted
+from feeler.cli.options import Json, require_new, say, say_adapted
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import write_text
 
@@ -108,7 +108,6 @@ def spikes(
     spikes.nwb).
     """
     said = SimpleNamespace(**locals())
-    from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
     from feeler.tensors.writers import parse_time
 
@@ -123,20 +122,16 @@ def spikes(
     said.out.mkdir(parents=True, exist_ok=True)
     files = ["spikes.nc", *(["spikes.nwb"] if start else [])]
     for name in files:
-        if (said.out / name).exists():
-            raise InvalidInput(f"{said.out / name} exists already. Choose another --out.")
+        require_new(said.out / name, "--out")
     felt = _make_touches(said)
     if said.show >= felt.sizes["trial"]:
         raise InvalidInput(f"--show is below {felt.sizes['trial']}, the number of touches.")
-    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
-    population = _place(said, felt)
-    drawn = draw_spikes(population.encode(felt), firing, seed=said.seed)
+    drawn, gain = _draw(said, felt)
     save(drawn, said.out / "spikes.nc")
     if start:
         save(drawn, said.out / "spikes.nwb", session_start=start, identifier=said.identifier)
     made_now = said.touches is None and said.contact == "smooth"
-    note = say_adapted(felt) if made_now else ""
-    _tell(said, drawn, float(population.gain[0]), files, note)
+    _tell(said, drawn, gain, files, say_adapted(felt) if made_now else "")
 
 
 def _make_touches(said: SimpleNamespace) -> Any:
@@ -162,17 +157,24 @@ def _make_touches(said: SimpleNamespace) -> Any:
     return touch(antenna, trial, duration=float(round(duration)), contact=said.contact)
 
 
-def _place(said: SimpleNamespace, touches: Any) -> Any:
-    """Sensilla on both sides, in space on four, with the gain that was given or found."""
-    from feeler.spikes import find_gain, place_sensilla
+def _draw(said: SimpleNamespace, touches: Any) -> tuple[Any, float]:
+    """Spikes of sensilla on both sides, in space on four, and their gain, given or found."""
+    from feeler.spikes import Firing, draw_spikes, find_gain, place_sensilla
 
     places = touches["position"].values
     if said.sensors is not None:
         places = np.linspace(places[0], places[-1], said.sensors)
-    around = np.array((0.0, 90.0) if "plane" in touches.dims else (0.0,))
-    if said.gain is not None:
-        return place_sensilla(places, said.gain, around=around)
-    return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
+    sensilla = place_sensilla(
+        places,
+        30.0 if said.gain is None else said.gain,
+        around=np.array((0.0, 90.0) if "plane" in touches.dims else (0.0,)),
+    )
+    if said.gain is None:
+        sensilla = find_gain(touches, sensilla, said.rate)
+    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
+    return draw_spikes(sensilla.encode(touches), firing, seed=said.seed), float(
+        sensilla.gain[0]
+    )
 
 
 def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note: str) -> None:
@@ -187,8 +189,12 @@ def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note
     fired = float(np.isfinite(times).any(axis=2).mean(axis=1).mean())
     best = float(in_unit(drawn["rate"], "Hz").max(("unit", "time")).median())
     lead = float(shown["lead"]) if "lead" in shown.coords else 0.0
-    title = f"{shown['feature'].item()} at {shown['location'].item():.2g}"
-    section = Section(name="spikes", title=title, folder=said.out, vector=False)
+    section = Section(
+        name="spikes",
+        title=f"{shown['feature'].item()} at {shown['location'].item():.2g}",
+        folder=said.out,
+        vector=False,
+    )
     section.figure(
         "spikes",
         "Angle of every sensor; spikes of every sensillum, each side of the antenna in its"
@@ -248,10 +254,8 @@ def _tell_recorded(said: Any) -> None:
     """
     from feeler.cli.info import name_instead
     from feeler.spikes import (
-        Firing,
         compare_trains,
         cut_trains,
-        draw_spikes,
         measure_trains,
         read_trains,
     )
@@ -266,8 +270,7 @@ def _tell_recorded(said: Any) -> None:
     touches = model = None
     if said.touches is not None:
         touches = _make_touches(said)
-        firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
-        model = draw_spikes(_place(said, touches).encode(touches), firing, seed=said.seed)
+        model = _draw(said, touches)[0]
     how = {"before": said.before, "after": said.after}
     if not len(onsets):
         first, last = (
@@ -281,10 +284,7 @@ def _tell_recorded(said: Any) -> None:
     said.out.mkdir(parents=True, exist_ok=True)
     files = _save_recorded(said, drawn, table, beside, words)
     if touches is not None:
-        if (said.out / "recorded.nc").exists():
-            raise InvalidInput(
-                f"{said.out / 'recorded.nc'} exists already. Choose another --out."
-            )
+        require_new(said.out / "recorded.nc", "--out")
         save(drawn, said.out / "recorded.nc")
         files.append("recorded.nc")
     plain: dict[str, Any] = {
@@ -351,7 +351,8 @@ def _save_recorded(said: Any, drawn: Any, table: Any, beside: Any, words: str) -
             " of a recorded trial from the next one.",
         )
         write_text(said.out / "model.csv", beside.to_csv(index=False))
-    title = f"Recorded spikes: {said.recorded.name}"
-    write_page(said.out / "recorded.html", title, words, section)
+    write_page(
+        said.out / "recorded.html", f"Recorded spikes: {said.recorded.name}", words, section
+    )
     files = ["recorded.html", "recorded.csv", "psth.csv", "recorded.png"]
     return files + (["model.csv"] if beside is not None else [])

@@ -199,13 +199,18 @@ def tracks(
     if said.scale is not None:
         trials = [trial.scaled(said.scale) for trial in trials]
     settings = _settle(said, trials)
-    head, abdomen = settings["body"]
-    ends, stalks, cutoff = (settings[name] for name in ("tips", "bases", "cutoff"))
+    ends, cutoff, (head, abdomen) = (settings[name] for name in ("tips", "cutoff", "body"))
+    stalks = settings["bases"] or (head, head)
+    marks = {"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen}
+    lines = [
+        (side, [base or head, tip])
+        for side, base, tip in zip(_SIDES, stalks, ends, strict=True)
+        if tip
+    ]
     if not said.points:
         _check_tips(ends, trials)
     if said.session_start:
-        joined = zip(stalks or (head, head), ends, strict=True)
-        edges = [*((base, tip) for base, tip in joined if tip), (head, abdomen)]
+        edges = [*(tuple(line) for _, line in lines), (head, abdomen)]
         _save_poses(said, trials, list(pairwise(_split(said.points) or ())) or edges, settings)
     if said.points:
         _measure_posture(said, trials, settings)
@@ -220,22 +225,11 @@ def tracks(
             cutoff=cutoff if isinstance(cutoff, str) else cutoff * 1e-3,
             max_gap=settings["max_gap"],
             outliers=settings["outliers"],
-            landmarks={"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen},
+            landmarks=marks,
         )
     found = _describe(said.names, trials, result, settings)
-    lines = [
-        (side, [base or head, tip])
-        for side, base, tip in zip(_SIDES, stalks or (head, head), ends, strict=True)
-        if tip
-    ]
     seen = trials
     if said.contact and settings["outliers"] == "remove":
-        marks = {
-            "tips": ends,
-            "bases": stalks or (head, head),
-            "head": head,
-            "abdomen": abdomen,
-        }
         seen = [
             leave_out_errors(one, **marks, max_gap=settings["max_gap"])[0] for one in trials
         ]

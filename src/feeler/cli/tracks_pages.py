@@ -127,8 +127,9 @@ def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) ->
                     touching[one["first_frame"] : one["last_frame"] + 1] = 1
             phase = np.full(trial.n_frames, np.nan)
             if 0 < sweeps.frequency * 2 * trial.interval < 0.5:
-                rhythm = measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency)
-                phase = rhythm.phase.values
+                phase = measure_rhythm(
+                    sweeps.angle, trial.interval, sweeps.frequency
+                ).phase.values
             columns = {
                 "trial": row["file"],
                 "side": side,
@@ -151,8 +152,7 @@ def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) ->
                 "abdomen": abdomen,
             }
             tables.append(pd.DataFrame(columns | shared | {"feeler": settings["feeler"]}))
-    table = pd.concat(tables).to_csv(index=False, float_format="%.6g", na_rep="nan")
-    write_text(path, table)
+    write_text(path, pd.concat(tables).to_csv(index=False, float_format="%.6g", na_rep="nan"))
 
 
 # Contacts and groups, as the command line asks for them.

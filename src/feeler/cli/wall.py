@@ -186,21 +186,20 @@ def _save(
     """wall.html with the antennae beside the wall, the maps and a movie, wall.csv and JSON."""
     import pandas as pd
 
-    from feeler.plotting.results import Shapes, plot_maps, plot_shapes
+    from feeler.plotting.results import list_shapes, plot_maps, plot_shapes
     from feeler.plotting.walls import write_sweeps_movie
     from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="wall", title="Antennae beside a wall", folder=out, vector=False)
     section.text(words)
-    shapes = {name: Shapes.of_sweep(sweep) for name, sweep in sweeps.items()}
+    shapes = {name: list_shapes(sweep) for name, sweep in sweeps.items()}
     caption = "Each antenna beside the wall, farthest first, in equilibrium."
-    height = 0.8 + 1.2 * len(shapes)
     section.figure(
         "shapes",
         caption,
         lambda figure: plot_shapes(shapes, figure.subplots()),
-        height=height,
+        height=0.8 + 1.2 * len(shapes),
     )
     caption = (
         "Wall distance against the point of greatest curvature, with the straight line that reads"

@@ -202,8 +202,7 @@ def _find_components(centred: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarra
         energy, right = _find_longest(centred.T @ centred, k)
         axes = right.T
     order = np.argsort(energy)[::-1]
-    spanned = np.count_nonzero(energy > _PRECISION * energy.max())
-    order = order[: max(1, spanned)]
+    order = order[: max(1, np.count_nonzero(energy > _PRECISION * energy.max()))]
     norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
     total = max(float(np.vdot(centred, centred)), tiny)
     return axes[order] / np.maximum(norm, tiny), np.maximum(energy[order], 0.0), total

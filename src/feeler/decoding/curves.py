@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -42,24 +42,8 @@ tensors themselves.
 """
 
 
-class _Coder(Protocol):
-    """What has learned bases."""
-
-    def transform(self, tensors: Any, /, code: str) -> Any:
-        """Tensors in the bases that were learned."""
-
-
-class _Encoder(_Coder, Protocol):
-    """What makes codes of tensors: :class:`feeler.encoding.ConvolutiveNMF`, or one like it."""
-
-    def fit(self, tensors: Any, /) -> Any:
-        """Learn bases of tensors (trial, sensor, time)."""
-
-
 @checked
-def make_codes(
-    tensors: Any, encoder: _Encoder | None, kinds: Sequence[str] = CODES
-) -> dict[str, Any]:
+def make_codes(tensors: Any, encoder: Any, kinds: Sequence[str] = CODES) -> dict[str, Any]:
     """Every kind of code of the same tensors, after one fit of the bases.
 
     Parameters
@@ -67,8 +51,8 @@ def make_codes(
     tensors
         Non-negative (trial, sensor, time).
     encoder
-        An unfitted encoder such as :class:`feeler.encoding.ConvolutiveNMF`; it is fitted here
-        unless only ``raw`` is asked for.
+        An unfitted encoder such as :class:`feeler.encoding.ConvolutiveNMF`; it is fitted here. None
+        where only ``raw`` is asked for.
     kinds
         Any of joint, sparse, ridge, raw.
     """
@@ -89,7 +73,7 @@ def make_codes(
 
 @checked
 def encode_with(
-    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: _Coder | None, kind: str
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Any, kind: str
 ) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
@@ -208,9 +192,8 @@ def compare_twins(
         "estimator": make_lda(),
         "random_state": random_state,
     }
-    same = compute_sweep(first, labels, **options)
     return DuplicateControl(
-        same=same,
+        same=compute_sweep(first, labels, **options),
         other=compute_sweep(first, labels, held_out=(second, labels), **options),
         fitted=fitted,
     )
@@ -586,7 +569,18 @@ def list_groups(
         )
     for data in tensors.values():
         require_variables(data, quantity, "speed")
-    arrays = _rectify_all({name: data[quantity] for name, data in tensors.items()})
+    # tensors (trial, sensor, time) ≥ 0 of all sets, made in one way
+    sets = {name: stack_planes(mirror_to_left(one[quantity])) for name, one in tensors.items()}
+    lost = max(_measure_other_way(one) for one in sets.values())
+    if lost > MUCH:
+        text = (
+            "much of a touch's signal is bending the other way, which rectifying would remove:"
+            " bending both ways is kept, as twice the sensors."
+        )
+        share = f"Up to {lost:.0%} of a touch's sum of squares."
+        warnings.warn(ModelValidityWarning(text, share), stacklevel=3)
+    keep = fold_signs if lost > MUCH else rectify
+    arrays = {name: keep(one).values for name, one in sets.items()}
     peak = measure_peak(*arrays.values())
     if not peak > 0:
         raise InvalidInput(
@@ -605,21 +599,6 @@ def list_groups(
         "profile": {name: pick(name, speed.min()) for name in tensors},
     }
     return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
-
-
-def _rectify_all(given: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Tensors (trial, sensor, time) ≥ 0 of all sets, made in one way."""
-    sets = {name: stack_planes(mirror_to_left(tensors)) for name, tensors in given.items()}
-    lost = max(_measure_other_way(tensors) for tensors in sets.values())
-    if lost > MUCH:
-        text = (
-            "much of a touch's signal is bending the other way, which rectifying would remove:"
-            " bending both ways is kept, as twice the sensors."
-        )
-        share = f"Up to {lost:.0%} of a touch's sum of squares."
-        warnings.warn(ModelValidityWarning(text, share), stacklevel=4)
-    keep = fold_signs if lost > MUCH else rectify
-    return {name: keep(tensors).values for name, tensors in sets.items()}
 
 
 def _measure_other_way(tensors: Any) -> float:

@@ -235,8 +235,9 @@ class TouchNetwork(Classifier):
 
     def _train(self, torch, data, targets, train, validate, advance) -> None:
         # fused: a sixth faster
-        weights = self.network_.parameters()
-        optimiser = torch.optim.Adam(weights, lr=self.learning_rate, fused=True)
+        optimiser = torch.optim.Adam(
+            self.network_.parameters(), lr=self.learning_rate, fused=True
+        )
         best, kept, self.best_epoch_, losses = np.inf, None, 0, []
         for epoch in range(self.max_epochs):
             self.network_.train()

@@ -517,8 +517,7 @@ class StudentTClassifier(Classifier):
         return softmax(scores, axis=1)
 
     def _score(self, squared: np.ndarray) -> np.ndarray:
-        k = self._means.shape[1]
-        return -0.5 * (self.freedom + k) * np.log1p(squared / self.freedom)
+        return -0.5 * (self.freedom + self._means.shape[1]) * np.log1p(squared / self.freedom)
 
     def _shape(
         self,

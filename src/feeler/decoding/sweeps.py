@@ -653,8 +653,13 @@ def compute_jittered(
     check_counts(trials, named)
     rng = np.random.default_rng(random_state)
     jittered = Nuisances.only(location=location, speed=speed).jitter(trials, rng, n_each)
-    held_out = (simulate(jittered), np.tile(named, n_each))
-    return compute_sweep(codes, labels, held_out=held_out, random_state=random_state, **options)
+    return compute_sweep(
+        codes,
+        labels,
+        held_out=(simulate(jittered), np.tile(named, n_each)),
+        random_state=random_state,
+        **options,
+    )
 
 
 # What is confused with what: feature, size or location.
@@ -721,5 +726,8 @@ def explain_confusion(
         for key in combinations(names, size):
             mask = np.logical_and.reduce([differ[name] == (name in key) for name in names])
             wrong[key] = float(share[mask].sum())
-    accuracy = {name: float(share[~differ[name]].sum()) for name in names}
-    return Confused(correct=float(np.trace(share)), wrong=wrong, accuracy=accuracy)
+    return Confused(
+        correct=float(np.trace(share)),
+        wrong=wrong,
+        accuracy={name: float(share[~differ[name]].sum()) for name in names},
+    )

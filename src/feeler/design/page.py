@@ -40,8 +40,9 @@ def write_design(
     """``design.html`` in the folder ``out``, with its pictures beside it; ``tolerance`` adds the
     robot's hinges.
     """
-    folder = ensure_folder(out)
-    section = Section(name="design", title="The best antennas", folder=folder, vector=False)
+    section = Section(
+        name="design", title="The best antennas", folder=ensure_folder(out), vector=False
+    )
     answer = _say_result(found, section)
     section.figure(
         "profiles",

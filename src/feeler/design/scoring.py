@@ -208,8 +208,9 @@ def _touch_classes(
         Scene(antenna=antenna, objects=(item,), contact=contact, label=item.name)
         for item in objects
     ]
-    step = scenes[0].contact.scale_timestep(task.timestep)
-    clock = Clock(duration=task.duration, timestep=step)
+    clock = Clock(
+        duration=task.duration, timestep=scenes[0].contact.scale_timestep(task.timestep)
+    )
     motions = expect_motions(run_scenes(scenes, clock, **options))
     angles = np.array(
         [motion.angle[round(LEAD) + 1 :, ..., antenna.sensors - 1] for motion in motions]

@@ -322,5 +322,11 @@ def measure_impulse(
         ),
         "force": (("time", "axis"), motion.force, {"units": "N"}),
     }
-    time = ("time", motion.time - IMPULSE_LEAD, {"units": "ms"})
-    return xr.Dataset(columns, {"time": time, "point": [*points], "axis": ["x", "y"]})
+    return xr.Dataset(
+        columns,
+        {
+            "time": ("time", motion.time - IMPULSE_LEAD, {"units": "ms"}),
+            "point": [*points],
+            "axis": ["x", "y"],
+        },
+    )

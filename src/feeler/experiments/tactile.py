@@ -648,8 +648,7 @@ def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> 
     timestep that reached it.
     """
     more = ["base_pose"] * moved + ["timestep"] * (accuracy is not None) + ["error"]
-    chosen = choose_quantities(save)
-    return [*(chosen if save is None else save), *more]
+    return [*(choose_quantities(save) if save is None else save), *more]
 
 
 def _warn(
@@ -702,8 +701,12 @@ def _open(store: str | os.PathLike, job: _WorkerTask, trials: Sequence[Trial]) -
     def make(index: int) -> dict[str, Any]:
         return job.list_made([index], [trials[index]])[0]
 
-    made = None if job.sampled else make
-    return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
+    return open_store(
+        store,
+        job.attrs["configuration"] | origin,
+        len(trials),
+        made=None if job.sampled else make,
+    )
 
 
 def _hand_over(tensors: xr.Dataset | None, errors: dict[int, Exception]) -> xr.Dataset:

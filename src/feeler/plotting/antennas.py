@@ -209,20 +209,17 @@ class MovingAntenna:
     def move(self, points: np.ndarray, values: np.ndarray) -> list[Artist]:
         """Artists changed to a posture (joint, 2) [mm]; ``values`` (segment,) colour its hinges."""
         parts = np.stack([points[:-1], points[1:]], axis=1)
-        width = self._measure_width()
+        ax = self._line.axes
+        assert ax is not None
+        per_mm = np.diff(ax.transData.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0])[0]
+        # the true diameter [points], but never too thin to see its colour
+        width = np.maximum(2 * self.antenna.radius * per_mm * 72 / ax.figure.dpi, 2.4)
         for lines, wider in ((self._skin, 1.2), (self._line, 0.0)):
             lines.set_segments(list(parts))
             lines.set_linewidth(list(width + wider))
         self._line.set_array(values)
         self._dots.set_data(*points[self.antenna.sensors - 1].T)
         return [self._skin, self._line, self._dots]
-
-    def _measure_width(self) -> np.ndarray:
-        """The true diameter of each segment [points], but never too thin to see its colour."""
-        ax = self._line.axes
-        assert ax is not None
-        per_mm = np.diff(ax.transData.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0])[0]
-        return np.maximum(2 * self.antenna.radius * per_mm * 72 / ax.figure.dpi, 2.4)
 
 
 @checked
@@ -288,9 +285,12 @@ class SpaceScene:
         self.antenna, self.ax = antenna, ax
         self._drawn: list[Any] = []
         self._line = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
-        self._line.set_linewidth(_measure_width(antenna, ax))
+        inches, reach = min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi, antenna.length
+        # the diameter of each segment [points], but never too thin to see its colour
+        self._line.set_linewidth(
+            np.maximum(2 * antenna.radius * 0.6 * 72 * inches / reach, 2.0)
+        )
         ax.add_collection3d(self._line, autolim=False)
-        reach = antenna.length
         ax.set(xlim=(-reach / 2, reach / 2), ylim=(0, reach), zlim=(-reach / 2, reach / 2))
         ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         ax.set_box_aspect((1, 1, 1), zoom=0.82)  # else its labels lie on those beside it
@@ -322,8 +322,9 @@ class SpaceScene:
         for corners in list_solids(feature):
             own = np.asarray(origin) + corners @ axes
             if len(own) > 2:
-                triangles = ConvexHull(own).simplices
-                self._drawn.append(self.ax.plot_trisurf(*own.T, triangles=triangles, **options))
+                self._drawn.append(
+                    self.ax.plot_trisurf(*own.T, triangles=ConvexHull(own).simplices, **options)
+                )
             else:
                 sheets.append(_make_surface(own[0], own[-1], feature.rounding))
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
@@ -334,12 +335,6 @@ def add_space(figure: Figure, ax: Axes) -> Any:
     place = ax.get_subplotspec()
     ax.remove()
     return figure.add_subplot(place, projection="3d")
-
-
-def _measure_width(antenna: Antenna, ax: Any) -> np.ndarray:
-    """The diameter of each segment [points], but never too thin to see its colour."""
-    inches = min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi
-    return np.maximum(2 * antenna.radius * 0.6 * 72 * inches / antenna.length, 2.0)
 
 
 def _make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:

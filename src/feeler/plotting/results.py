@@ -1,10 +1,11 @@
 """Pictures of results: spikes, bases, accuracy, closest matches, walls, and what notebooks show."""
 
 import io
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import wraps
 from itertools import cycle
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from feeler.plotting.tensors import plot_tensor, plot_tensor_grid, write_touch_m
 from feeler.tensors.schema import IN_SPACE
 from feeler.tensors.transforms import get_bending, in_unit, measure_peak
 from feeler.validation import checked
-from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_peak
+from feeler.wall import Approach, DistanceMap, find_sweep_peak
 
 # Draw spikes: a raster of units over time, and how often all of them fire.
 
@@ -62,18 +63,13 @@ def plot_raster(
     for k, (turn, one) in enumerate(drawn):
         rows = times[members[k]]
         unit, event = np.nonzero(np.isfinite(rows))
-        where, words = rows[unit, event], f"bent towards {_name_side(turn, one)}"
-        colour = PALETTE[k % len(PALETTE)]
-        ax.plot(where, unit + 1, "|", color=colour, ms=2.5, mew=0.6, label=words)
+        angle = (turn + (0.0 if one == 1 else 180.0)) % 360.0
+        name = {0.0: "+x", 90.0: "+z", 180.0: "−x", 270.0: "−z"}.get(angle, f"{angle:g}°")
+        look: dict[str, Any] = {"color": PALETTE[k % len(PALETTE)], "ms": 2.5, "mew": 0.6}
+        ax.plot(rows[unit, event], unit + 1, "|", label=f"bent towards {name}", **look)
     ax.axvline(lead, color="0.6", lw=0.6)
     ax.set(xlabel="time [ms]", ylabel="unit (base → tip)")
     ax.set_ylim(0.5, max(map(np.sum, members)) + 0.5)
-
-
-def _name_side(turn: float, side: int) -> str:
-    """What a side is called: by its axis, or by its angle around the antenna."""
-    angle = (turn + (0.0 if side == 1 else 180.0)) % 360.0
-    return {0.0: "+x", 90.0: "+z", 180.0: "−x", 270.0: "−z"}.get(angle, f"{angle:g}°")
 
 
 @checked
@@ -272,63 +268,32 @@ _STATES = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Shapes:
+def list_shapes(sweep: Approach) -> SimpleNamespace:
     """Antennae beside walls, one per distance, farthest first.
 
-    Attributes
-    ----------
-    points : np.ndarray
-        (step, node, 2) [mm]
-    wall : np.ndarray
-        Place of the wall across the body (step,) [mm].
-    peak : np.ndarray
-        Point of greatest bend (step, 2) [mm], NaN without contact.
+    Returns
+    -------
+    SimpleNamespace
+        ``points`` (step, node, 2) [mm]; ``wall``, its place across the body (step,) [mm];
+        ``contact`` and ``inverted`` (step,); ``peak``, the point of greatest bend (step, 2) [mm],
+        NaN without contact.
     """
-
-    points: np.ndarray
-    wall: np.ndarray
-    contact: np.ndarray
-    inverted: np.ndarray
-    peak: np.ndarray
-
-    @classmethod
-    def of_sweep(cls, sweep: Approach) -> "Shapes":
-        """Equilibria of an approach."""
-        position = find_sweep_peak(sweep).position
-        state = (sweep.distance, sweep.contact, sweep.inverted, position)
-        return cls._make(sweep.antenna, sweep.points, sweep.posture, *state)
-
-    @classmethod
-    def of_slides(cls, touch: WallTouch) -> "Shapes":
-        """Where a sliding wall has left every antenna in the end."""
-        last = np.stack([motion.angle[-1] for motion in touch.motions])
-        contact, inverted = touch.contact[:, -1], touch.inverted[:, -1]
-        peak = find_peak(touch.antenna, last - touch.antenna.rest_angle).position
-        state = (touch.distance[:, -1], contact, inverted, np.where(contact, peak, np.nan))
-        return cls._make(touch.antenna, touch.points[:, -1], touch.posture, *state)
-
-    @classmethod
-    def _make(cls, antenna, points, posture, distance, contact, inverted, position) -> "Shapes":
-        arc = np.append(antenna.hinge_position, antenna.length)
-        peak = np.array(
-            [
-                [np.interp(s, arc, shape[:, axis]) for axis in (0, 1)]
-                for s, shape in zip(position, points, strict=True)
-            ]
-        )
-        return cls(
-            points=points,
-            wall=posture.sign * distance,
-            contact=contact,
-            inverted=inverted,
-            peak=peak,
-        )
+    antenna, position = sweep.antenna, find_sweep_peak(sweep).position
+    arc = np.append(antenna.hinge_position, antenna.length)
+    peak = [
+        [np.interp(s, arc, shape[:, axis]) for axis in (0, 1)]
+        for s, shape in zip(position, sweep.points, strict=True)
+    ]
+    return SimpleNamespace(
+        points=sweep.points,
+        wall=sweep.posture.sign * sweep.distance,
+        contact=sweep.contact,
+        inverted=sweep.inverted,
+        peak=np.array(peak),
+    )
 
 
-def plot_shapes(
-    rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)
-) -> None:
+def plot_shapes(rows: Mapping[str, Any], ax, cell: tuple[float, float] = (32.0, 62.0)) -> None:
     """Every shape beside its wall: a row per antenna, a column per distance; ``cell`` [mm].
 
     The figure gets the legend.
@@ -369,7 +334,7 @@ def plot_shapes(
     ax.get_figure().legend(handles=marks, loc="outside lower center", ncols=len(marks))
 
 
-def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int = 4) -> None:
+def plot_approach(rows: Mapping[str, Any], axes: Sequence[Axes], every: int = 4) -> None:
     """Every ``every``-th shape of each antenna in a panel of its own, over one another, base at
     the origin, coloured by the distance of its wall; dots: greatest bend.
     """
@@ -451,9 +416,26 @@ def _open(width: float, height: float = 2.8) -> Picture:
     return Picture(figsize=(width, height), layout="constrained")
 
 
-def draw_sweep(sweep: Any) -> Picture:
+def _drawn(width: float, height: float = 2.8) -> Callable[[Callable], Callable[..., Figure]]:
+    """Let what draws a result into a figure make a picture of this size [inches], unless it is
+    given a figure, and return it.
+    """
+
+    def decorate(draw: Callable[[Any, Figure], None]) -> Callable[..., Figure]:
+        @wraps(draw)
+        def picture(result: Any, figure: Figure | None = None) -> Figure:
+            figure = figure or _open(width, height)
+            draw(result, figure)
+            return figure
+
+        return picture
+
+    return decorate
+
+
+@_drawn(7.0)
+def draw_sweep(sweep: Any, figure: Figure) -> None:
     """Accuracy against noise with its spread, and what is taken for what at the last ratio."""
-    figure = _open(7.0)
     curve, counts = figure.subplots(1, 2)
     for name, values in (("noisy copies", sweep.noisy), ("clean originals", sweep.clean)):
         mean, spread = 100 * values.mean(axis=1), 100 * values.std(axis=1)
@@ -466,15 +448,13 @@ def draw_sweep(sweep: Any) -> Picture:
     places = range(len(sweep.classes))
     counts.set_xticks(places, map(str, sweep.classes), rotation=45, ha="right")
     counts.set_yticks(places, map(str, sweep.classes))
-    title = f"at noise {sweep.ratios[-1]:g}"
-    counts.set(xlabel="taken for", ylabel="was", title=title)
+    counts.set(xlabel="taken for", ylabel="was", title=f"at noise {sweep.ratios[-1]:g}")
     figure.colorbar(image, ax=counts, label="share of the touches [%]")
-    return figure
 
 
-def draw_measurements(fit: Any, figure: Figure | None = None) -> Figure:
+@_drawn(7.0)
+def draw_measurements(fit: Any, figure: Figure) -> None:
     """Fitted parameters with their intervals, and the hinges along the antenna before and after."""
-    figure = _open(7.0) if figure is None else figure
     factors, profile = figure.subplots(1, 2)
     places = np.arange(len(fit.p))
     whiskers = np.abs([fit.p - fit.low, fit.high - fit.p])
@@ -498,12 +478,11 @@ def draw_measurements(fit: Any, figure: Figure | None = None) -> Figure:
         profile.semilogy(x, np.atleast_2d(before)[0], "--", color=colour, lw=0.8)
     profile.set(xlabel="place (base 0, tip 1)", title="dashed: before the fit")
     profile.legend(fontsize=7)
-    return figure
 
 
-def draw_prediction(found: Any, figure: Figure | None = None) -> Figure:
+@_drawn(5.0)
+def draw_prediction(found: Any, figure: Figure) -> None:
     """A filmed release (dots) and what the antenna does (lines)."""
-    figure = _open(5.0) if figure is None else figure
     ax = figure.subplots()
     rows = zip(found.place, found.recorded, found.simulated, strict=True)
     for place, recorded, simulated in rows:
@@ -512,7 +491,6 @@ def draw_prediction(found: Any, figure: Figure | None = None) -> Figure:
     ax.set(xlabel="time since the release [ms]", ylabel="share of the held displacement")
     ax.set_title(f"{found.name}: off by {found.error:.1%} (r.m.s.)")
     ax.legend(fontsize=7)
-    return figure
 
 
 def draw_study(study: Any) -> Figure:
@@ -527,7 +505,7 @@ def draw_study(study: Any) -> Figure:
     return figure
 
 
-def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> Figure:
+def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> None:
     """Force against deflection: as measured (dots) and of an antenna (lines), the force at rest
     taken off.
     """
@@ -538,49 +516,49 @@ def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> Figu
         model = compute_force(antenna, curve.deflection, curve.at)
         shown = 1e3 * (curve.force - np.mean(curve.force - model))
         order = np.argsort(curve.deflection)
-        label = f"{curve.name}, {curve.at:.3g} mm from the base"
-        (dots,) = ax.plot(curve.deflection, shown, ".", label=label)
+        (dots,) = ax.plot(
+            curve.deflection, shown, ".", label=f"{curve.name}, {curve.at:.3g} mm from the base"
+        )
         ax.plot(curve.deflection[order], 1e3 * model[order], color=dots.get_color())
     ax.set(xlabel="deflection [mm]", ylabel="force [mN]")
     ax.legend(fontsize=7)
-    return figure
 
 
-def draw_force(curve: Any) -> Picture:
+@_drawn(4.0)
+def draw_force(curve: Any, figure: Figure) -> None:
     """Force against deflection, as measured."""
-    figure = _open(4.0)
     ax = figure.subplots()
     ax.plot(curve.deflection, 1e3 * curve.force, ".")
-    title = f"{curve.name}, {curve.at:.3g} mm from the base"
-    ax.set(xlabel="deflection [mm]", ylabel="force [mN]", title=title)
-    return figure
+    ax.set(
+        xlabel="deflection [mm]",
+        ylabel="force [mN]",
+        title=f"{curve.name}, {curve.at:.3g} mm from the base",
+    )
 
 
-def draw_film(film: Any) -> Picture:
+@_drawn(5.0)
+def draw_film(film: Any, figure: Figure) -> None:
     """How far each point of an antenna is aside of where it comes to rest."""
-    figure = _open(5.0)
     ax = figure.subplots()
     for place, row in zip(film.place[film.place > 0], film.displacement, strict=True):
         ax.plot(film.time, row, lw=1, label=f"at {place:.2g} of the length")
     ax.set(xlabel="time [ms]", ylabel=f"aside of its rest [{film.unit}]", title=film.name)
     ax.legend(fontsize=7)
-    return figure
 
 
-def draw_approach(sweep: Any) -> Picture:
+@_drawn(4.0)
+def draw_approach(sweep: Any, figure: Figure) -> None:
     """An antenna in equilibrium at every distance of the wall, the nearest darkest."""
-    figure = _open(4.0)
     ax = figure.subplots()
     shades = np.linspace(0.8, 0.0, len(sweep.distance))
     for points, shade in zip(sweep.points, shades, strict=True):
         ax.plot(*points.T, color=str(shade), lw=0.8)
     ax.set(xlabel="x, towards the wall [mm]", ylabel="y, forward [mm]", aspect="equal")
-    return figure
 
 
-def draw_optimum(end: Any) -> Picture:
+@_drawn(7.0)
+def draw_optimum(end: Any, figure: Figure) -> None:
     """Stiffness and damping of a design along the antenna, and how the search came to it."""
-    figure = _open(7.0)
     profile, way = figure.subplots(1, 2)
     end = getattr(end, "ends", (end,))[0]  # of a plan that was carried out, the best
     antenna = end.design.antenna
@@ -591,7 +569,6 @@ def draw_optimum(end: Any) -> Picture:
     profile.legend(fontsize=7)
     way.step(*np.array(end.history).T, where="post")
     way.set(xlabel="antennas simulated", ylabel="what is missing (cost)", title="the search")
-    return figure
 
 
 def plot_psth(drawn: xr.Dataset, psth: xr.DataArray, figure: Figure) -> None:
@@ -649,9 +626,9 @@ def draw_exploration(result: Any) -> Picture:
     return figure
 
 
-def draw_tracks(tracks: Any) -> Picture:
+@_drawn(7.0)
+def draw_tracks(tracks: Any, figure: Figure) -> None:
     """Where every landmark was, as the film shows it, and x against time."""
-    figure = _open(7.0)
     path, trace = figure.subplots(1, 2)
     for name, place in zip(tracks.landmarks, np.moveaxis(tracks.position, 1, 0), strict=True):
         path.plot(place[:, 0], place[:, 1], ".", ms=2, label=name)
@@ -659,23 +636,20 @@ def draw_tracks(tracks: Any) -> Picture:
     path.set(xlabel=f"x [{tracks.unit}]", ylabel=f"y upwards [{tracks.unit}]", aspect="equal")
     trace.set(xlabel="time [s]", ylabel=f"x [{tracks.unit}]")
     path.legend(fontsize=7)
-    return figure
 
 
-def draw_run(run: Any) -> Picture:
+@_drawn(7.2, 3.6)
+def draw_run(run: Any, figure: Figure) -> None:
     """A run along a wall, from above and by its distances."""
     from feeler.plotting.walls import plot_run
 
-    figure = _open(7.2, 3.6)
     plot_run(run, figure)
-    return figure
 
 
-def draw_map(found: Any) -> Picture:
+@_drawn(4.5, 3.2)
+def draw_map(found: Any, figure: Figure) -> None:
     """The wall's distance against the point of greatest curvature."""
-    figure = _open(4.5, 3.2)
     plot_maps({"map": found}, figure.subplots())
-    return figure
 
 
 def draw_encoder(encoder: Any) -> Picture:
@@ -686,11 +660,12 @@ def draw_encoder(encoder: Any) -> Picture:
     return figure
 
 
-def draw_selection(selection: Any) -> Picture:
+@_drawn(5.0, 4.4)
+def draw_selection(selection: Any, figure: Figure) -> None:
     """Held-out error of each encoder compared over its sparseness, and the dissimilarity of its
     starts; the chosen one is ringed.
     """
-    figure, table = _open(5.0, 4.4), selection.table
+    table = selection.table
     error, starts = figure.subplots(2, sharex=True)
     sparseness = [0.0 if value is None else float(value) for value in table.sparseness]
     table = table.assign(place=sparseness).sort_values("place")
@@ -709,7 +684,6 @@ def draw_selection(selection: Any) -> Picture:
     error.legend(title="bases", fontsize="small")
     starts.set(xlabel="sparseness (0: none)", ylabel="dissimilarity\nof the starts")
     starts.set_ylim(bottom=0)
-    return figure
 
 
 @checked

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from feeler.validation import checked
@@ -144,18 +143,13 @@ def unjoin(figure: Figure, least: int = FEWEST) -> None:
             middle = container.lines[0] if isinstance(container, ErrorbarContainer) else None
             if middle is not None and middle.get_linestyle() == "None":
                 loose.setdefault(container.get_label(), False)
-    for legend in _list_legends(figure):
+    # of the figure, its axes and its parts; searching all artists would make every tick first
+    own = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
+    parts = [legend for part in figure.subfigs for legend in part.legends]
+    for legend in (*own, *figure.legends, *parts):
         for line, text in zip(legend.get_lines(), legend.get_texts(), strict=False):
             if text.get_text() in loose and line.get_marker() not in ("None", "", None):
                 _loosen(line, loose[text.get_text()])
-
-
-def _list_legends(figure: Figure) -> list[Legend]:
-    """Of the figure, its axes and its parts; searching all artists would make every tick first."""
-    own = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
-    return (
-        own + [*figure.legends] + [legend for part in figure.subfigs for legend in part.legends]
-    )
 
 
 def _loosen(line: Line2D, was_dashed: bool) -> None:

@@ -74,12 +74,11 @@ def plot_tensor(
     in ``unit``, on the scale ``colours`` or the style's own.
     """
     step = time[1] - time[0] if len(time) > 1 else 1.0
-    extent = (time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5)
     image = ax.imshow(
         tensor,
         origin="lower",
         aspect="auto",
-        extent=extent,
+        extent=(time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5),
         norm=norm,
         cmap=colours,
         interpolation="nearest",
@@ -249,10 +248,15 @@ class _View:
     def move(self, time: float) -> list[Artist]:
         """Artists changed to a time [ms]."""
         now = min(int(np.searchsorted(self.time, time - 1e-9)), len(self.time) - 1)
-        if self.space is not None:
-            return self._move_in_space(self.space, now)
         if self.trial is not None and self.placement is not None:
             origin = self.placement.origin + self.placement.velocity * self.time[now]
+            if self.space is not None:
+                self.space.place(self.trial.shape, origin, self.placement.axes)
+        if self.space is not None:
+            self.space.move(self.points[now], self.bend[now])
+            self.hide_rest(now)
+            return []
+        if self.trial is not None and self.placement is not None:
             patch = make_patch(self.trial.shape, origin, self.placement.forward)
             if not self.patches:
                 self.patches = [patch]
@@ -260,14 +264,6 @@ class _View:
             self.patches[0].set_path(patch.get_path())
         moved = self.antenna.move(self.points[now], self.bend[now])
         return [*self.hide_rest(now), *self.patches, *moved]
-
-    def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
-        if self.trial is not None and self.placement is not None:
-            origin = self.placement.origin + self.placement.velocity * self.time[now]
-            space.place(self.trial.shape, origin, self.placement.axes)
-        space.move(self.points[now], self.bend[now])
-        self.hide_rest(now)
-        return []
 
 
 def _find_width(x: np.ndarray) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """Pictures and movies of antennae beside a wall, and of a body that follows one."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,20 +66,19 @@ def _write_panels(
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         axes = np.atleast_1d(figure.subplots(1, len(beside)))
         norm = _scale(*(one["bend"] / one["antenna"].segment_length for one in beside.values()))
-        panels = []
+        moves = []
         for (name, one), ax in zip(beside.items(), axes, strict=True):
-            panels.append(_Panel(ax, norm, **one))
+            colours, move = _make_panel(ax, norm, **one)
+            moves.append(move)
             ax.set_title(name)
         axes[0].set_ylabel("y [mm]")
-        figure.colorbar(
-            panels[0].antenna.colours, ax=axes, label=_CURVATURE, shrink=0.8, extend="both"
-        )
+        figure.colorbar(colours, ax=axes, label=_CURVATURE, shrink=0.8, extend="both")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")
         clock = figure.suptitle(max(words, key=len))
 
         def draw(k: int) -> list[Artist]:
             clock.set_text(words[k])
-            return [*(artist for panel in panels for artist in panel.draw(frames[k])), clock]
+            return [*(artist for move in moves for artist in move(frames[k])), clock]
 
         return write_movie(path, figure, draw, len(frames), fps)
 
@@ -94,56 +93,57 @@ def _show_drive(touch: WallTouch) -> dict[str, Any]:
     """What a panel shows of a wall that comes nearer, by frame."""
     antenna, motion = touch.antenna, touch.motions[0]
     bend = motion.angle - antenna.rest_angle
-    peak = np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan)
-    seen = {"points": touch.points[0], "bend": bend, "peak": peak, "away": touch.distance[0]}
+    seen = {
+        "points": touch.points[0],
+        "bend": bend,
+        "peak": np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan),
+        "away": touch.distance[0],
+    }
     return {"antenna": antenna, "sign": touch.posture.sign} | seen
 
 
 def _show_sweep(sweep: Approach) -> dict[str, Any]:
     """What a panel shows of equilibria, by frame."""
-    peak = find_sweep_peak(sweep).position
-    seen = {"points": sweep.points, "bend": sweep.bend, "peak": peak, "away": sweep.distance}
+    seen = {
+        "points": sweep.points,
+        "bend": sweep.bend,
+        "peak": find_sweep_peak(sweep).position,
+        "away": sweep.distance,
+    }
     return {"antenna": sweep.antenna, "sign": sweep.posture.sign} | seen
 
 
-class _Panel:
-    def __init__(
-        self,
-        ax: Axes,
-        norm: Normalize,
-        *,
-        antenna: Antenna,
-        sign: float,
-        points: np.ndarray,
-        bend: np.ndarray,
-        peak: np.ndarray,
-        away: np.ndarray,
-    ) -> None:
-        self.sign, self.points, self.peak, self.away = sign, points, peak, away
-        self.curvature = bend / antenna.segment_length
-        self.arc = np.append(antenna.hinge_position, antenna.length)
-        self.antenna = MovingAntenna(antenna, ax, norm, "RdBu_r")
-        (self.dot,) = ax.plot([], [], label="greatest bend", **_MARK)
-        reach = antenna.length
-        low, high = -0.6 * reach, 1.05 * reach
-        self.wall = Rectangle((0, low), 2.5 * reach, high - low, color=OBJECT_COLOUR, lw=0)
-        ax.add_patch(self.wall)
-        ax.set(xlim=sorted((-0.3 * reach * sign, 0.68 * reach * sign)), ylim=(low, high))
-        ax.set(aspect="equal", xlabel="x [mm]")
+def _make_panel(
+    ax: Axes,
+    norm: Normalize,
+    *,
+    antenna: Antenna,
+    sign: float,
+    points: np.ndarray,
+    bend: np.ndarray,
+    peak: np.ndarray,
+    away: np.ndarray,
+) -> tuple[Any, Callable[[int], list[Artist]]]:
+    """The colours of a panel, for a colour bar, and what moves it to a sample: it gives the artists
+    that changed; the dot is hidden where nothing touches.
+    """
+    curvature = bend / antenna.segment_length
+    arc, reach = np.append(antenna.hinge_position, antenna.length), antenna.length
+    drawn = MovingAntenna(antenna, ax, norm, "RdBu_r")
+    (dot,) = ax.plot([], [], label="greatest bend", **_MARK)
+    low, high = -0.6 * reach, 1.05 * reach
+    wall = Rectangle((0, low), 2.5 * reach, high - low, color=OBJECT_COLOUR, lw=0)
+    ax.add_patch(wall)
+    ax.set(xlim=sorted((-0.3 * reach * sign, 0.68 * reach * sign)), ylim=(low, high))
+    ax.set(aspect="equal", xlabel="x [mm]")
 
-    def draw(self, now: int) -> list[Artist]:
-        """Artists changed to sample ``now``; the dot is hidden where nothing touches."""
-        points, distance = self.points[now], self.away[now]
-        self.wall.set_x(distance if self.sign > 0 else -distance - self.wall.get_width())
-        bent = np.isfinite(self.peak[now])
-        self.dot.set_data(
-            *(
-                [[np.interp(self.peak[now], self.arc, points[:, axis])] for axis in (0, 1)]
-                if bent
-                else ([], [])
-            )
-        )
-        return [self.wall, *self.antenna.move(points, self.curvature[now]), self.dot]
+    def move(now: int) -> list[Artist]:
+        wall.set_x(away[now] if sign > 0 else -away[now] - wall.get_width())
+        shown = [[np.interp(peak[now], arc, points[now][:, axis])] for axis in (0, 1)]
+        dot.set_data(*(shown if np.isfinite(peak[now]) else ([], [])))
+        return [wall, *drawn.move(points[now], curvature[now]), dot]
+
+    return drawn.colours, move
 
 
 # A body that follows a wall.

@@ -195,8 +195,9 @@ class Section:
     @classmethod
     def load(cls, folder: Path) -> "Section":
         """Read a section that ``save`` wrote."""
-        data = json.loads((folder / MARKER).read_text())
-        return cls(**data | {"folder": folder, "cached": True})
+        return cls(
+            **json.loads((folder / MARKER).read_text()) | {"folder": folder, "cached": True}
+        )
 
 
 @checked
@@ -336,8 +337,12 @@ def _fill(section: Section) -> Part:
     body = kept.say_kept(section.say_kept()) + Markup("").join(  # type: ignore[attr-defined]
         draw_block(section, block) for block in section.blocks
     )
-    turnable = any(block["kind"] == "turnable" for block in section.blocks)
-    return Part(name=section.name, title=section.title, body=body, turnable=turnable)
+    return Part(
+        name=section.name,
+        title=section.title,
+        body=body,
+        turnable=any(block["kind"] == "turnable" for block in section.blocks),
+    )
 
 
 def draw_block(section: Section, block: Mapping[str, Any]) -> Markup:

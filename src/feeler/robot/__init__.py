@@ -1,7 +1,19 @@
 """The robotic antenna: hinges, sensor calibration, recordings, surrogate robot, transfer."""
 
 from feeler.renamed import find_renamed
-from feeler.robot.classify import TrainingSet, draw_training_set, make_classifier
+from feeler.robot.classify import (
+    Touches,
+    TrainingSet,
+    align_recordings,
+    draw_robots,
+    draw_training_set,
+    make_classifier,
+    make_decoder,
+    make_training,
+    measure_transfer,
+    sweep_shots,
+    touch_robots,
+)
 from feeler.robot.decoder import RobotDecoder, train_decoder
 from feeler.robot.description import (
     ROBOT_FACTS,
@@ -22,16 +34,6 @@ from feeler.robot.fit import (
     fit_factors,
     make_posture,
     simulate_release,
-)
-from feeler.robot.reality import (
-    Touches,
-    align_recordings,
-    draw_robots,
-    make_decoder,
-    make_training,
-    measure_transfer,
-    sweep_shots,
-    touch_robots,
 )
 from feeler.robot.recordings import Recording, load_recording, save_recording
 from feeler.robot.repair import make_dataset, repair

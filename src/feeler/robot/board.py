@@ -1,7 +1,6 @@
 """A linear decoder for the board itself, as a C header."""
 
 import json
-from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
 
@@ -18,66 +17,25 @@ _BIN = 20  # [C] ms that are averaged to one number
 _FOLDS = 4  # [C] as of the classifier of untruncated touches
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _BoardDecoder:
-    """Scores = weights · means + bias, of the means of 20 ms of every sensor since contact.
-
-    Attributes
-    ----------
-    weights, bias : np.ndarray
-        (class, bin · sensor) [1/rad] and (class,).
-    window : int
-        Samples of 1 ms after contact that are used.
-    accuracy : float
-        Share of held-out touches of surrogate robots that were classified correctly.
-    """
-
-    weights: np.ndarray
-    bias: np.ndarray
-    window: int
-    accuracy: float
-    classes: list[tuple]
-    lengths: np.ndarray
-    onset: float
-    confirm: int
-
-    def predict(self, means: np.ndarray) -> np.ndarray:
-        """Number of the class of each touch's means (trial, bin · sensor)."""
-        return (means @ self.weights.T + self.bias).argmax(axis=1)
-
-    def write(self) -> str:
-        """The header: weights, and ``feeler_push``, which takes a sample each ms and gives the
-        number of the class once the window is over.
-        """
-        n = self.lengths.size
-        rows = ",\n".join("{" + _list(row) + "}" for row in self.weights)
-        names = ", ".join(
-            json.dumps(f"{feature} {x:g} {v:g}") for feature, x, v in self.classes
-        )
-        return _HEADER.format(
-            sensors=n,
-            classes=len(self.classes),
-            window=self.window,
-            bin=_BIN,
-            bins=self.window // _BIN,
-            onset=f"{self.onset:.9g}f",
-            confirm=self.confirm,
-            names=names,
-            lengths=_list(self.lengths),
-            weights=rows,
-            bias=_list(self.bias),
-            accuracy=f"{self.accuracy:.1%}",
-        )
-
-
 def _list(values: np.ndarray) -> str:
     return ", ".join(f"{value:.8e}f" for value in values)
 
 
-def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
+def make_board_decoder(decoder: RobotDecoder) -> tuple[str, float, int]:
     """A linear discriminant of the decoder's own training set, from contact on.
 
-    It learns the samples after contact alone, at which a board needs no peak to be found.
+    It learns the samples after contact alone, at which a board needs no peak to be found. Scores =
+    weights · means + bias, of the means of 20 ms of every sensor since contact.
+
+    Returns
+    -------
+    header : str
+        Weights, and ``feeler_push``, which takes a sample each ms and gives the number of the class
+        once the window is over.
+    accuracy : float
+        Share of held-out touches of surrogate robots that were classified correctly.
+    window : int
+        Samples of 1 ms after contact that are used.
     """
     watch: Any = decoder.stream.watch_
     means, y, groups, _ = watch.classifiers_[max(watch.classifiers_)]._training
@@ -98,16 +56,23 @@ def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
     weights, bias = fitted.coef_, fitted.intercept_
     if len(fitted.classes_) == 2:  # scikit-learn gives two classes one row
         weights, bias = np.vstack([-weights, weights]) / 2, np.hstack([-bias, bias]) / 2
-    return _BoardDecoder(
-        weights=weights,
-        bias=bias,
+    lengths = list_lengths(decoder.antenna)
+    names = (classes[k] for k in fitted.classes_)
+    header = _HEADER.format(
+        sensors=lengths.size,
+        classes=len(fitted.classes_),
         window=window,
-        accuracy=share,
-        classes=[classes[k] for k in fitted.classes_],
-        lengths=list_lengths(decoder.antenna),
-        onset=decoder.stream.onset,
+        bin=_BIN,
+        bins=window // _BIN,
+        onset=f"{decoder.stream.onset:.9g}f",
         confirm=decoder.stream.confirm,
+        names=", ".join(json.dumps(f"{feature} {x:g} {v:g}") for feature, x, v in names),
+        lengths=_list(lengths),
+        weights=",\n".join("{" + _list(row) + "}" for row in weights),
+        bias=_list(bias),
+        accuracy=f"{share:.1%}",
     )
+    return header, share, window
 
 
 def _make_lda() -> LinearDiscriminantAnalysis:

@@ -24,14 +24,15 @@ from feeler.provenance import PHYSICS, find_version, to_jsonable
 from feeler.records import Gt, Unit
 from feeler.robot.classify import (
     Answer,
+    choose_before,
     count_after_peak,
     draw_training_set,
     judge_recording,
     make_classifier,
+    make_decoder,
     name_touch,
 )
 from feeler.robot.description import Joints, RobotFile, make_robot, make_touches
-from feeler.robot.reality import choose_before, make_decoder
 from feeler.robot.recordings import Recording, find_unit
 from feeler.robot.repair import repair
 from feeler.robot.sensors import (
@@ -551,13 +552,12 @@ def train_decoder(
         antenna, trials, robots=robots, seed=seed, gap=gap, progress=progress, **how
     )
     classifier = make_classifier(training=training)
-    stream = training.watch(make_decoder(antenna, trials, seed=seed, **how))
     return RobotDecoder(
         robot=name or antenna.name,
         antenna=antenna,
         recipe=_describe_recipe(trials, robots, seed, gap, how),
         classifier=classifier,
-        stream=stream,
+        stream=training.watch(make_decoder(antenna, trials, seed=seed, **how)),
         before=choose_before(antenna, trials),
         tolerance=_measure_tolerance(classifier, seed),
         calibration=calibration,

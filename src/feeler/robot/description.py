@@ -13,7 +13,7 @@ from feeler.antenna import Antenna
 from feeler.antenna.files import Fact
 from feeler.errors import InvalidInput
 from feeler.execute import Executor
-from feeler.files import make_record, read_start, read_toml, writing
+from feeler.files import make_record, read_start, read_toml, write_text
 from feeler.objects import Ball, Box, Feature, Trial
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.records import Ge, Gt, Le, Record, Unit, freeze
@@ -345,8 +345,7 @@ def write_robot(
         mass=[0.03] * n_hinges,
         sensors=list(range(1, n_hinges + 1)),
     )
-    with writing(path) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(path, text)
 
 
 def is_robot_file(path: str | os.PathLike) -> bool:

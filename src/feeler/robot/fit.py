@@ -249,8 +249,9 @@ def _fill_hinges(recording: Recording, theory: Antenna) -> Recording:
     share, places = make_posture(theory), sensed[known]
     join = [np.interp(np.arange(n), places, row) for row in np.eye(places.size)]
     felt = recording.values[known] / share[places, None]
-    values = share[:, None] * (np.transpose(join) @ felt)
-    return recording.replace(values=values, velocity=None, effort=None)
+    return recording.replace(
+        values=share[:, None] * (np.transpose(join) @ felt), velocity=None, effort=None
+    )
 
 
 def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:

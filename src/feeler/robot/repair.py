@@ -110,8 +110,9 @@ def repair(
         for name in ("velocity", "effort")
         if (found := getattr(recording, name)) is not None
     }
-    history = (*recording.history, *words)
-    return recording.replace(time=grid, values=values, history=history, **beside)
+    return recording.replace(
+        time=grid, values=values, history=(*recording.history, *words), **beside
+    )
 
 
 def _resample(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:

@@ -376,8 +376,7 @@ def _fit_curve(
         order = np.argsort(means)
         rising = IsotonicRegression(increasing="auto").fit(means[order], levels[order])
         knots, first = np.unique(means[order], return_index=True)
-        values = rising.predict(means[order])[first]
-        return _join(knots, values)
+        return _join(knots, rising.predict(means[order])[first])
     centre, half = reading.mean(), np.ptp(reading) / 2
     line = np.polyfit((reading - centre) / half, angle, CURVES.index(curve) + 1)
     return lambda at: np.polyval(line, (at - centre) / half)

@@ -313,8 +313,7 @@ class Surrogate:
 
     def record(self, motion: np.ndarray, trial: Trial | None = None) -> Recording:
         """What the electronics write of true angles (segment, sample) at 1 kHz."""
-        sensed = motion[np.asarray(self.antenna.sensors) - 1]
-        values = self.sensing.read(sensed, self.rng)
+        values = self.sensing.read(motion[np.asarray(self.antenna.sensors) - 1], self.rng)
         time = np.arange(values.shape[1]) * INTERVAL
         jitter = (
             np.clip(self.gap.jitter * self.rng.standard_normal(time.size), -0.45, 0.45)

@@ -368,8 +368,7 @@ class PoissonObserver(Classifier):
         end = None if until is None else count_until(X, until)
         found = _weigh_rates(_check_rasters(X)[:, :, :end], self.known_[:, :, :end])
         with np.errstate(divide="ignore"):
-            weights = np.log(self.members_.T.astype(float))
-            return logsumexp(found[:, None, :] + weights, axis=2)
+            return logsumexp(found[:, None, :] + np.log(self.members_.T.astype(float)), axis=2)
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
         """Probabilities; NaN for a train that no known touch can give."""

@@ -164,7 +164,7 @@ class _PageView(NamedTuple):
 
     antenna: Antenna
     features: list[Feature]
-    readings: dict[str, np.ndarray]  # as feeler.studio.requests.Readings has them
+    readings: dict[str, np.ndarray]  # as feeler.studio.requests.join_samples gives them
     values: np.ndarray  # (segment, sample)
     label: str
     title: str
@@ -226,8 +226,7 @@ def _draw_tensor(shown: _PageView, figure: Any, ax: Any) -> Any:
     from feeler.plotting import plot_tensor
 
     facing = shown.side * shown.tensor
-    norm = Normalize(0.0, max(float(facing.max()), 1e-9))
-    image = plot_tensor(facing, shown.time, ax, norm)
+    image = plot_tensor(facing, shown.time, ax, Normalize(0.0, max(float(facing.max()), 1e-9)))
     label = f"{shown.label} (negative drawn as 0)"
     if shown.side < 0:
         label = f"−{shown.label}, as of a touch from the left (negative drawn as 0)"
@@ -478,8 +477,7 @@ def _keep(
 
 def _pack_antenna(antenna: Antenna) -> str:
     """The engine's constants (field, segment) of an antenna, to the last bit, as base64."""
-    contact = get_contact(None, antenna)
-    constants = make_model(Scene(antenna=antenna, contact=contact)).constants
+    constants = make_model(Scene(antenna=antenna, contact=get_contact(None, antenna))).constants
     return base64.b64encode(constants.astype("<f8").tobytes()).decode()
 
 

@@ -24,14 +24,15 @@ from feeler.robot.stream import Link, open_serial, split_sample, take_line
 from feeler.studio.requests import (
     SAMPLE_INTERVAL,
     AntennaRequest,
-    Readings,
     TouchRequest,
     describe_antenna,
     describe_original,
     describe_scene,
     hash_tensor,
+    join_samples,
     make_simulation,
     read_number,
+    read_sample,
 )
 from feeler.studio.study import AntennaStudy
 from feeler.tensors.transforms import spread_angles
@@ -90,14 +91,14 @@ class Hand:
     def run(self, wish: TouchRequest, pace: float, say: Say, stop: Event) -> None:
         """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
         ended = self._ended
-        simulation, readings = make_simulation(wish), Readings()
+        simulation = make_simulation(wish)
         # nothing moves by itself
         commands = [(1, number, 0.0, 0.0, 0.0) for number in range(1 + len(wish.objects))]
         _apply(simulation, commands)
         antenna = wish.antenna.make()
         say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
-        readings.add(simulation)
-        sensed = [readings.angle[antenna.sensors - 1]]
+        piece = [read_sample(simulation)]
+        sensed = [piece[-1]["angle"][antenna.sensors - 1]]
         done, sent, due = 1, 0, 1.0
         while not (stop.is_set() or ended.is_set()):
             began = time.monotonic()
@@ -112,12 +113,12 @@ class Hand:
                     due = float(done)
                     break
                 simulation.step(SAMPLE_INTERVAL)
-                readings.add(simulation)
-                sensed.append(readings.angle[antenna.sensors - 1])
+                piece.append(read_sample(simulation))
+                sensed.append(piece[-1]["angle"][antenna.sensors - 1])
                 done += 1
-            if readings.rows:
-                say({"part": "piece", "first": sent}, **readings.take())
-                sent = done
+            if piece:
+                say({"part": "piece", "first": sent}, **join_samples(piece))
+                sent, piece = done, []
             if done >= LONGEST:
                 break
             ended.wait(max(0.0, _FRAME_HAND - (time.monotonic() - began)))
@@ -167,15 +168,15 @@ def replay(
     wish: TouchRequest, commands: list[Command], n_samples: int
 ) -> dict[str, np.ndarray]:
     """The readings of a run again, to the last bit."""
-    simulation, readings = make_simulation(wish), Readings()
-    readings.add(simulation)
+    simulation = make_simulation(wish)
+    samples = [read_sample(simulation)]
     waiting = sorted(commands, key=lambda command: command[0])
     for k in range(1, n_samples):
         while waiting and waiting[0][0] <= k:
             _apply(simulation, [waiting.pop(0)])
         simulation.step(SAMPLE_INTERVAL)
-        readings.add(simulation)
-    return readings.take()
+        samples.append(read_sample(simulation))
+    return join_samples(samples)
 
 
 def read_commands(value: Any) -> list[Command]:
@@ -392,8 +393,7 @@ def listen(
         )
     # usual time between samples [ms]; without times a millisecond
     samples = [sample for sample in _read(known, n_channels) if sample is not None]
-    times = np.array([time for time, _ in samples if time is not None], dtype=float)
-    steps = np.diff(times)
+    steps = np.diff(np.array([time for time, _ in samples if time is not None], dtype=float))
     steps = steps[steps > 0]
     usual = steps[steps < 1.5 * np.median(steps)] if steps.size else [SAMPLE_INTERVAL]
     interval = float(np.mean(usual))

@@ -275,79 +275,56 @@ _FIRST, _PIECE = (
 _REACH = 400.0  # mm; faces without end are drawn as far as this
 
 
-class Readings:
-    """What a page is shown of a simulation of one lane, sample by sample."""
+def read_sample(simulation: Simulations) -> dict[str, np.ndarray]:
+    """What a page is shown of a simulation of one lane, now.
 
-    def __init__(self) -> None:
-        self.rows: list[tuple[np.ndarray, ...]] = []
+    Raises
+    ------
+    SimulationDivergedError
+        There is nothing to read any more.
+    """
+    if simulation.failed[0] is not None:
+        raise simulation.failed[0]
+    state = simulation.state
+    turn = np.arctan2(state.forward[0, :, 0], state.forward[0, :, 1])
+    return {
+        "angle": state.angle[0],
+        "place": np.column_stack([state.place[0], turn]),
+        "force": state.force[0],
+        "base": state.base[0],
+        "contact": state.contact_place[0],
+        "moment": state.base_moment[0],
+    }
 
-    def add(self, simulation: Simulations) -> None:
-        """Take one sample.
 
-        Raises
-        ------
-        SimulationDivergedError
-            There is nothing to read any more.
-        """
-        if simulation.failed[0] is not None:
-            raise simulation.failed[0]
-        state = simulation.state
-        shown = (
-            state.angle,
-            state.place,
-            state.forward,
-            state.force,
-            state.base,
-            state.contact_place,
-            state.base_moment,
-        )
-        self.rows.append(tuple(values[0] for values in shown))
-
-    @property
-    def angle(self) -> np.ndarray:
-        """Angles (segment,) [rad] of the last sample."""
-        return self.rows[-1][0]
-
-    def take(self) -> dict[str, np.ndarray]:
-        """All that came since the last call: arrays (sample, …)."""
-        angle, place, forward, force, base, contact, moment = (
-            np.array(column) for column in zip(*self.rows, strict=True)
-        )
-        self.rows = []
-        turn = np.arctan2(forward[:, :, 0], forward[:, :, 1])
-        place = np.concatenate([place, turn[:, :, None]], axis=2)
-        return {
-            "angle": angle,
-            "place": place,
-            "force": force,
-            "base": base,
-            "contact": contact,
-            "moment": moment,
-        }
+def join_samples(samples: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Arrays (sample, …) of what came one by one."""
+    return {name: np.array([one[name] for one in samples]) for name in samples[0]}
 
 
 def make_simulation(wish: TouchRequest) -> Simulations:
     """The simulation of a wish at time 0."""
     scene = build_scene(wish.antenna.make(), wish.make_objects())
-    timestep = scene.contact.scale_timestep(PREVIEW) if wish.preview else None
-    return Simulations([scene], timestep=timestep)
+    return Simulations(
+        [scene], timestep=scene.contact.scale_timestep(PREVIEW) if wish.preview else None
+    )
 
 
 def simulate_pieces(
     wish: TouchRequest, stop: Event
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Number of the first sample and readings of each piece; ends early when ``stop`` is set."""
-    simulation, readings, n_samples = make_simulation(wish), Readings(), count_samples(wish)
+    simulation, n_samples, piece = make_simulation(wish), count_samples(wish), []
     done, size = 0, _FIRST
     for k in range(n_samples):
         if stop.is_set():
             return
         if k:
             simulation.step(SAMPLE_INTERVAL)
-        readings.add(simulation)
-        if len(readings.rows) == size or k == n_samples - 1:
-            yield done, readings.take()
-            done, size = k + 1, _PIECE
+        piece.append(read_sample(simulation))
+        if len(piece) == size or k == n_samples - 1:
+            yield done, join_samples(piece)
+            done, size, piece = k + 1, _PIECE, []
 
 
 def count_samples(wish: TouchRequest) -> int:
@@ -394,10 +371,9 @@ def describe_scene(wish: TouchRequest) -> dict[str, Any]:
     features = [
         item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()
     ]
-    rims = [draw_feature(feature) for feature in features]
     return {
         "antenna": describe_antenna(wish.antenna.make()),
-        "rims": rims,
+        "rims": [draw_feature(feature) for feature in features],
         "preview": wish.preview,
     }
 

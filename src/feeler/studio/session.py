@@ -318,8 +318,11 @@ class Session:
         if stop.is_set():
             return
         angle = tensors["angle"].values[0]
-        scene = describe_turnable(antenna, wish.make_trial(), tensors)
-        piece = {"part": "piece", "first": 0, "scene": scene}
+        piece = {
+            "part": "piece",
+            "first": 0,
+            "scene": describe_turnable(antenna, wish.make_trial(), tensors),
+        }
         self._say({**about, **piece}, angle=np.moveaxis(angle, 2, 0))
         tensor = angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])  # plane by plane
         end = {"part": "end", "hash": hash_tensor(tensor)}
@@ -358,12 +361,11 @@ class Session:
         if (trained := study.find_trained(antenna, speed, self._unsure)) is not None:
             self._say({**about, "part": "decoder", **_describe_decoder(*trained)})
         made = study.make_study(antenna, speed, tell, stop, self._unsure)
-        averages = {name: made.average(name) for name in study.INDEX_NAMES}
         header = {
             "part": "end",
             "labels": made.labels,
             **_describe_decoder(made.decoder, made.range, made.scores),
-            "averages": averages,
+            "averages": {name: made.average(name) for name in study.INDEX_NAMES},
             "peak": made.peak,
             "speed": speed,
         }
@@ -385,8 +387,9 @@ class Session:
     def _save(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         name, mime, content = make_file(message)
         padded = np.frombuffer(content + b"\0" * (-len(content) % 4), "<f4")
-        header = {"name": name, "mime": mime, "bytes": len(content)}
-        self._say({**about, **header}, content=padded)
+        self._say(
+            {**about, **{"name": name, "mime": mime, "bytes": len(content)}}, content=padded
+        )
 
     def _open(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         name, text = read_file(message)
@@ -399,8 +402,9 @@ class Session:
         self._say({**about, **header}, **arrays)
 
     def _list_ports(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
-        calibrated = self._calibration is not None
-        self._say({**about, "ports": self._boards.find(), "calibrated": calibrated})
+        self._say(
+            {**about, "ports": self._boards.find(), "calibrated": self._calibration is not None}
+        )
 
     def _listen(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         if not message.get("port"):

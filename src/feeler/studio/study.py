@@ -360,8 +360,11 @@ def _pack_templates(expected: np.ndarray, step: float) -> dict[str, Any]:
     rank = int(np.flatnonzero(rounded.any(axis=(1, 2))).max(initial=0)) + 1
     whole = [np.rint(32767 * shares.T[:rank]), rounded[:rank]]
     raw = np.concatenate([part.ravel() for part in whole]).astype("<i2").tobytes()
-    data = base64.b64encode(zlib.compress(raw, 9)).decode()
-    return {"shape": [n_templates, n_sensors, n_samples, rank], "step": step, "data": data}
+    return {
+        "shape": [n_templates, n_sensors, n_samples, rank],
+        "step": step,
+        "data": base64.b64encode(zlib.compress(raw, 9)).decode(),
+    }
 
 
 def _unpack_templates(packed: Mapping[str, Any]) -> np.ndarray:
