@@ -131,28 +131,6 @@ def test_the_base_is_taken_in_the_hand(studio, browser):
     assert ask(browser, "app.records.A.commands.length") > 1
 
 
-def take_base_towards_the_object(browser):
-    """Drag it upwards with the mouse, as a person does."""
-    from selenium.webdriver.common.action_chains import ActionChains
-
-    stage = browser.find_element("css selector", "canvas.stage")
-    ends = (  # the base, and how far the tip is [px]
-        "[app.drawn.A.px[0], app.drawn.A.py[0], app.drawn.A.px.at(-1)]"
-    )
-    x, y, tip = ask(browser, ends)
-    wide, high = ask(
-        browser,
-        "['clientWidth', 'clientHeight'].map(n => document.querySelector('canvas.stage')[n])",
-    )
-    place = round(x - wide / 2), round(y - high / 2)
-    mouse = (
-        ActionChains(browser, duration=30)
-        .move_to_element_with_offset(stage, *place)
-        .click_and_hold()
-    )
-    mouse.move_by_offset(0, round(-(tip - x) / 6)).perform()
-
-
 def test_a_state_travels_in_its_address_and_nonsense_does_not_stop_the_page(studio, browser):
     open_page(browser, studio.address)
     browser.execute_script(
