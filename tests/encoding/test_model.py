@@ -5,13 +5,8 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from sklearn.base import clone
 from sklearn.decomposition import NMF
-from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
-from sklearn.exceptions import ConvergenceWarning, NotFittedError
-from sklearn.model_selection import GridSearchCV, GroupKFold
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import FunctionTransformer
+from sklearn.exceptions import ConvergenceWarning
 
 from feeler.encoding import (
     ConvolutiveNMF,
@@ -189,37 +184,6 @@ def test_reads_dataset_and_dataarray(touches, fitted):
     expected = fitted.transform(touches)
     for given in (array, array.transpose("time", "trial", "sensor"), array.to_dataset()):
         np.testing.assert_array_equal(fitted.transform(given), expected)
-
-
-def test_clone_keeps_the_parameters_only(fitted):
-    copy = clone(fitted)
-    assert copy.get_params() == fitted.get_params()
-    with pytest.raises(NotFittedError):
-        copy.transform(np.zeros((1, 14, 90)))
-
-
-def test_pipeline_and_grid_search_with_groups(touches):
-    flatten = FunctionTransformer(lambda codes: codes.sum(axis=2))
-    pipeline = make_pipeline(
-        ConvolutiveNMF(n_lags=8, n_restarts=1, tol=1e-2, code="ridge", random_state=0),
-        flatten,
-        LinearDiscriminantAnalysis(),
-    )
-    labels, groups = np.arange(12) % 3, np.arange(12) // 3
-    search = GridSearchCV(
-        pipeline,
-        {"convolutivenmf__n_components": [1, 3]},
-        cv=GroupKFold(4),
-        error_score="raise",
-    ).fit(touches, labels, groups=groups)
-    assert search.best_params_ == {"convolutivenmf__n_components": 3}
-    assert search.best_score_ > 0.8
-    alone = GridSearchCV(
-        ConvolutiveNMF(n_lags=8, n_restarts=1, tol=1e-2, random_state=0),
-        {"n_components": [1, 3]},
-        cv=GroupKFold(2),
-    ).fit(touches, groups=groups)
-    assert alone.best_params_ == {"n_components": 3}
 
 
 def test_learning_in_batches_approaches_the_full_fit(touches):
