@@ -209,16 +209,16 @@ def test_a_tracker_is_told_how_far_a_fit_is(touches):
 
 @pytest.mark.parametrize("n_jobs", [1, 3])
 def test_of_the_finished_restarts_nothing_changes_and_the_others_stop_early(touches, n_jobs):
-    settings = {"max_iter": 30, "tol": 0.0, "n_restarts": 4, "random_state": 1, "warn": False}
+    settings = {"max_iter": 12, "tol": 0.0, "n_restarts": 4, "random_state": 1, "warn": False}
     whole = ConvolutiveNMF(3, 10, n_jobs=n_jobs, **settings).fit(touches)
-    early = ConvolutiveNMF(3, 10, **settings | {"max_iter": 10}).fit(touches)
+    early = ConvolutiveNMF(3, 10, **settings | {"max_iter": 4}).fit(touches)
     told = []
     fitted = ConvolutiveNMF(3, 10, n_jobs=n_jobs, n_finished=2, **settings)
     fitted.fit(touches, progress=lambda *words: told.append(words))
-    assert told[-1] == (2 * 30 + 2 * 10,) * 2
+    assert told[-1] == (2 * 12 + 2 * 4,) * 2
     assert set(fitted.restarts_[:2]) <= set(whole.restarts_)
     np.testing.assert_array_equal(np.sort(fitted.restarts_[2:]), early.restarts_[2:])
-    assert fitted.n_iter_ == 30 and fitted.relative_residual_ == fitted.restarts_.min()
+    assert fitted.n_iter_ == 12 and fitted.relative_residual_ == fitted.restarts_.min()
     for many in (4, 9, None):
         fitted.set_params(n_finished=many).fit(touches)
         np.testing.assert_array_equal(fitted.components_, whole.components_)
