@@ -5,18 +5,12 @@ phone to desktop.
 import html
 import json
 import re
-import shutil
 import subprocess
 
 import pytest
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run"
-    " --disable-background-networking"
-)
+from tests.conftest import CHROMIUM, FLAGS
+
 CHECK = """<script>
 const problems = [];
 window.addEventListener('error', e => problems.push('error: ' + (e.message || \
