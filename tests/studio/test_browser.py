@@ -14,7 +14,7 @@ import feeler
 from feeler.studio import Boards, Studio
 from feeler.studio.requests import hash_tensor
 
-from ._page import APP, ask, stop_at, wait_for
+from ._page import APP, ask, read_shown, stop_at, wait_for
 
 pytestmark = pytest.mark.long
 
@@ -35,17 +35,6 @@ def open_page(browser, address):
     browser.get(address)
     wait_for(browser, "app && app.records.A.ended && app.status == 'exact'")
     ask(browser, "(app.play(false), clearTimeout(app.studyTimer))")
-
-
-def read_shown(browser):
-    """The tensor (sensor, time) in the page."""
-    words = (
-        "[...Array(app.records.A.index.length).keys()].map(s =>"
-        " [...Array(app.records.A.filled).keys()]"
-    )
-    return np.array(
-        ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32
-    )
 
 
 def find_problems(browser):
