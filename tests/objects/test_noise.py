@@ -28,8 +28,8 @@ class Dropout(Noise):
     """Each entry is lost with a probability."""
 
     def add(self, tensors, rng, n_copies=1):
-        kept = rng.random((n_copies, *tensors.shape)) >= self.size
-        return (kept * tensors).reshape(-1, *tensors.shape[1:])
+        kept = rng.random((n_copies, *np.shape(tensors))) >= self.size
+        return (kept * tensors).reshape(-1, *np.shape(tensors)[1:])
 
 
 @pytest.mark.parametrize(
