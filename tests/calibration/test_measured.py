@@ -66,6 +66,7 @@ def write_film(
     return path
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("turn", "gap"), [(0.7, (41, 42, 43)), (-2.0, ())])
 def test_a_tracked_release_is_the_trace_across_the_antenna(tmp_path, turn, gap):
     """However the film is turned and scaled, the shapes are those of the simulation; gaps are

@@ -106,18 +106,10 @@ def test_a_foreign_file_is_refused_and_left_alone(tmp_path):
     with pytest.raises(InvalidInput, match="belongs to another fit"):
         fit(make_problem(deflection=0.5), checkpoint=file, max_evaluations=10)
     assert file.read_bytes() == before
-    for text in (
-        b"{\n",
-        b"[1]\n",
-        before.splitlines()[0] + b'\n{"name": [[1]], "result": NaN}\n',
-        b"a" * 300,
-        b"my precious notes, no newline",
-        b'{"key": 3',
-    ):
-        file.write_bytes(text)
-        with pytest.raises(InvalidInput, match="no journal of a fit"):
-            fit(make_problem(), checkpoint=file)
-        assert file.read_bytes() == text
+    file.write_bytes(b"my precious notes, no newline")
+    with pytest.raises(InvalidInput, match="no journal of a fit"):
+        fit(make_problem(), checkpoint=file)
+    assert file.read_bytes() == b"my precious notes, no newline"
 
 
 def test_whoever_watches_sees_every_group_of_antennas():

@@ -10,7 +10,7 @@ import pytest
 
 import feeler
 from feeler.cli.app import main
-from feeler.progress import ProgressBar, show_progress
+from feeler.progress import ProgressBar
 
 from ._command import run
 
@@ -87,16 +87,6 @@ def test_touch_writes_what_it_is_asked_for(tmp_path, asked, more):
     assert {f"tensor{end}" in result.stdout for end in (".svg", ".pdf")} == {bool(more)}
 
 
-def test_export_opens_in_mujoco(tmp_path):
-    import mujoco
-
-    result = run("export", "scene.xml", "--feature", "triangle", "--size", "2", cwd=tmp_path)
-    assert result.returncode == 0, result.stderr
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
-    assert model.nq == 140 + 3  # hinges; two directions and the turn of the object
-    assert "g, mm, ms" in (tmp_path / "scene.xml").read_text()
-
-
 def test_ctrl_c_in_a_verb_that_keeps_nothing_is_answered_in_words(monkeypatch, capsys):
     def interrupt(*_args, **_options):
         raise KeyboardInterrupt
@@ -130,13 +120,6 @@ def test_a_bar_appears_once_patience_is_over_and_one_at_a_time():
     with ProgressBar("after", stream=other) as third:
         third(2, 2)
     assert "after" in other.getvalue()
-
-
-def test_what_is_handed_in_is_called_instead():
-    seen = []
-    with show_progress(lambda *numbers: seen.append(numbers), "x") as advance:
-        advance(1, 2)
-    assert seen == [(1, 2)]
 
 
 ROOT = Path(__file__).parents[2]

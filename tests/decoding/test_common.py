@@ -23,7 +23,7 @@ from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF, Flatten
 
-FLAT = [PrincipalComponents(2), make_lda(None), make_svm(None), make_lda(2), make_svm(2)]
+FLAT = [PrincipalComponents(2), make_lda(None), make_svm(None), make_lda(2)]
 ESTIMATORS = {
     "lda": make_lda(),
     "svm": make_svm(),

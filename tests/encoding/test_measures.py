@@ -103,11 +103,17 @@ def test_similarity_of_bases_on_other_sensors_is_none():
     np.testing.assert_allclose(compute_basis_similarity(bases, bases), np.eye(2), atol=1e-12)
 
 
+def test_a_shift_does_not_lead_from_the_last_lag_to_the_first():
+    ends, middle = np.zeros((2, 1, 1, 10))
+    ends[..., [0, 9]], middle[..., [4, 5]] = 1, 1
+    assert compute_basis_similarity(ends, middle) == pytest.approx(0.5)
+
+
 def test_place_of_a_basis_is_its_centre_of_mass():
-    bases = np.zeros((3, 5, 2))
-    bases[0, 0], bases[1, 4], bases[2, 1:4] = 1, 1, 1
-    np.testing.assert_allclose(locate_components(bases), [0, 1, 0.5])
-    np.testing.assert_allclose(locate_components(1e-3 * bases), [0, 1, 0.5])
+    bases = np.zeros((4, 5, 2))
+    bases[0, 0], bases[1, 4], bases[2, 1:4], bases[3, 0, 0], bases[3, 4] = 1, 1, 1, 1, 1
+    np.testing.assert_allclose(locate_components(bases), [0, 1, 0.5, 2 / 3])
+    np.testing.assert_allclose(locate_components(1e-3 * bases), [0, 1, 0.5, 2 / 3])
 
 
 def test_canonical_bases_have_unit_length_and_give_the_same_product():

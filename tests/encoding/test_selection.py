@@ -259,20 +259,21 @@ def test_other_bad_input_is_refused(touches):
 
 
 def test_dims_may_have_other_names_and_masks_follow_them(touches):
-    model = make().fit(touches)
+    short = {"max_iter": 5}
+    model = make(**short).fit(touches)
     mask = np.random.default_rng(0).random(touches.shape) < 0.05
     cells = xr.DataArray(touches, dims=("epoch", "neuron", "time"), coords={"epoch": range(12)})
-    np.testing.assert_array_equal(make().fit(cells).components_, model.components_)
+    np.testing.assert_array_equal(make(**short).fit(cells).components_, model.components_)
     turned = cells.transpose("time", "epoch", "neuron")
     hidden = xr.DataArray(mask, dims=cells.dims).transpose("neuron", "epoch", "time")
-    code = make().fit(turned, mask=hidden).transform(turned, mask=hidden)
-    expected = make().fit(touches, mask=mask).transform(touches, mask=mask)
+    code = make(**short).fit(turned, mask=hidden).transform(turned, mask=hidden)
+    expected = make(**short).fit(touches, mask=mask).transform(touches, mask=mask)
     assert code.dims == ("epoch", "component", "time")
     assert set(code.coords) == {"epoch"}
     np.testing.assert_array_equal(code, expected)
     assert model.inverse_transform(code).dims == ("epoch", "sensor", "time")
     with pytest.raises(InvalidInput, match=r"expand_dims\(\"trial\"\)"):
-        make().fit(cells[0])
+        make(**short).fit(cells[0])
 
 
 def test_the_mean_of_rectified_noise_bounds_the_bases_and_can_be_subtracted():

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 from sklearn.base import clone
 
 from feeler.encoding import (
@@ -337,13 +336,6 @@ def make_dataset(width=1.5, n_sensors=16, n_times=120):
 @pytest.fixture(scope="module")
 def touched():
     return make_dataset()
-
-
-def draw(plot, data):
-    figure = Figure(figsize=(7, 7), layout="constrained")
-    plot(data, figure)
-    figure.canvas.draw()
-    return figure
 
 
 def test_what_is_encoded_is_rectified_and_named(touched):

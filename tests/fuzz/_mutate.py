@@ -194,12 +194,3 @@ def shape_safetensors(rng: np.random.Generator, seed: bytes) -> bytes:
         header = mutate_json(rng, header)
     text = write_json(header)
     return len(text).to_bytes(8, "little") + text + seed[8 + size :]
-
-
-def shape_table(rng: np.random.Generator, seed: bytes) -> bytes:
-    """A tensor as CSV with a changed description."""
-    mark = b"# description: "
-    lines = seed.split(b"\n")
-    place = next(n for n, line in enumerate(lines) if line.startswith(mark))
-    lines[place] = mark + write_json(mutate_json(rng, json.loads(lines[place][len(mark) :])))
-    return b"\n".join(lines)

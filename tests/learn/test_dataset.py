@@ -26,8 +26,10 @@ def collect(loader):
     )
 
 
-@pytest.mark.parametrize(("workers", "drop_last"), [(0, False), (0, True), (2, False)])
-@pytest.mark.parametrize("batch_size", [50, 64])
+@pytest.mark.parametrize(
+    ("workers", "drop_last", "batch_size"),
+    [(0, False, 50), (0, False, 64), (0, True, 50), (0, True, 64), (2, False, 64)],
+)
 def test_batches_are_as_many_and_as_large_as_is_said(
     store, workers, drop_last, batch_size, torch
 ):

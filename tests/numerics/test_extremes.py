@@ -2,8 +2,6 @@
 crash, never nonsense.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scripts import load_script
@@ -15,7 +13,6 @@ from feeler.objects.trials import Trial
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 numerics = load_script("benchmarks", "numerics")
 
 GOOD_ENDS = ("finite", "diverged (named)", "refused: ")

@@ -11,6 +11,8 @@ from feeler.design import DesignTask, load_plan, measure_sensors, score
 from feeler.objects import NOISES, Noise, Task
 from feeler.tradeoff import load_declared
 
+from .test_noise import Dropout
+
 ANTENNA = feeler.Antenna(
     segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0
 )
@@ -22,14 +24,6 @@ class Proportional(Noise):
 
     def sd(self, tensors):
         return 5 * self.size**2 * (np.abs(tensors) + 0.01)
-
-
-class Dropout(Noise):
-    """Each entry is lost with a probability."""
-
-    def add(self, tensors, rng, n_copies=1):
-        kept = rng.random((n_copies, *np.shape(tensors))) >= self.size
-        return (kept * tensors).reshape(-1, *np.shape(tensors)[1:])
 
 
 @pytest.fixture(params=[Proportional, Dropout], ids=["by its sd", "by its draws"])

@@ -5,18 +5,12 @@ phone to desktop.
 import html
 import json
 import re
-import shutil
 import subprocess
 
 import pytest
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run"
-    " --disable-background-networking"
-)
+from tests.conftest import CHROMIUM, FLAGS
+
 CHECK = """<script>
 const problems = [];
 window.addEventListener('error', e => problems.push('error: ' + (e.message || \
@@ -93,15 +87,3 @@ def test_the_report_holds_at_every_width(whole, tmp_path, width):
     assert found["problems"] == []
     assert found["images"] >= 10
     assert found["videos"] >= 3
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_the_check_itself_finds_what_is_broken(tmp_path):
-    page = (
-        "<html><head></head><body><img alt='gone' src='nothing.png'><p"
-        " style='width:2000px'>x</p></body></html>"
-    )
-    problems = " ".join(look(page, 390, tmp_path)["problems"])
-    assert "broken: gone" in problems
-    assert "wider than the window" in problems

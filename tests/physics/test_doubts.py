@@ -139,11 +139,3 @@ def test_of_several_trials_the_fastest_is_warned_of_wherever_it_stands(speeds):
         feeler.touch(cockroach(), trials, duration=2, timestep=0.1)
     said = warned[0].message.details
     assert re.search("^At 4 mm/ms an object moves 0.4 mm .* of 0.1 ms", said)
-
-
-@pytest.mark.parametrize(("share", "warned"), [(0.99, False), (1.01, True)])
-@pytest.mark.parametrize("antenna", [cockroach(), make_whisker()])
-def test_an_object_may_move_by_half_the_radius_in_a_timestep(antenna, share, warned):
-    speed = share * antenna.radius.max() / 2 / 0.05
-    doubts = list_validity_warnings(antenna, get_contact(), speed, 0.05)
-    assert any("more than half the antenna's radius" in words for words in doubts) is warned

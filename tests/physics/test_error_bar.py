@@ -97,7 +97,7 @@ def test_what_is_off_says_so(seed):
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(12), pytest.param(range(3000, 3200), marks=pytest.mark.long)]
+    "seeds", [range(6), pytest.param(range(3000, 3200), marks=pytest.mark.long)]
 )
 def test_of_random_touches_those_that_are_off_are_named_and_few_others(seeds):
     found = [measure(seed) for seed in seeds]
@@ -210,7 +210,7 @@ def test_an_accuracy_out_of_reach_gives_nothing_worse_than_the_default(seed):
         warnings.simplefilter("ignore")
         default, fine = (
             feeler.touch(antenna, trial, timestep=h, all_hinges=True)["angle"]
-            for h in (0.05, 0.0005)
+            for h in (0.05, 0.001)
         )
     gaps = [float(np.abs(each - fine).max()) for each in (asked["angle"], default)]
     assert gaps[0] < 0.2 * gaps[1]

@@ -93,7 +93,7 @@ def test_lanes_are_copied_with_what_each_has_become(copying):
 @pytest.mark.parametrize("plain", [False, True])
 @pytest.mark.parametrize("name", environment.TASKS)
 def test_an_environment_is_copied_in_the_middle_of_an_episode(name, plain, copying):
-    env = gymnasium.make(name, plain=plain)
+    env = gymnasium.make(name, plain=plain, **({} if "Wall" in name else {"pool": 8}))
     untouched = COPIES[copying](env)
     untouched.reset(seed=3)
     env.reset(seed=3)
@@ -109,7 +109,7 @@ def test_an_environment_is_copied_in_the_middle_of_an_episode(name, plain, copyi
 
 
 def test_a_vector_of_environments_is_copied():
-    env = gymnasium.make_vec("feeler/Touch-v0", num_envs=3, plain=False)
+    env = gymnasium.make_vec("feeler/Touch-v0", num_envs=3, plain=False, pool=8)
     env.reset(seed=1)
     env.action_space.seed(0)
     for _ in range(5):

@@ -117,15 +117,6 @@ def test_a_stop_event_ends_a_group(engine):
         run_group([stub()], ENDLESS, engine, stop)
 
 
-def test_a_large_timestep_is_refused_in_the_same_words():
-    messages = set()
-    for engine in DYNAMIC:
-        with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms") as refused:
-            run_scene(stub(), Clock(duration=2, timestep=0.2), engine)
-        messages.add(str(refused.value))
-    assert len(messages) == 1
-
-
 @pytest.mark.parametrize("tenths", [1, 3, 7, 11, 23, 57, 110, 1001])
 @pytest.mark.parametrize(("interval", "steps"), [(0.1, 5), (0.3, 15), (0.7, 35)])
 def test_durations_that_are_not_exact_in_binary_have_the_samples_they_say(

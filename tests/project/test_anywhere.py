@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
+from typer.testing import CliRunner
 
+from feeler.cli.app import app
 from feeler.errors import MissingDependencyError
 from feeler.plotting.antennas import write_movie
 
@@ -123,8 +125,8 @@ def run_alone(calls, folder):
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     folder = tmp_path_factory.mktemp("alone")
-    new = [sys.executable, "-m", "feeler", "design", "d.toml", "--new"]
-    subprocess.run(new, cwd=folder, check=True, capture_output=True)
+    made = CliRunner().invoke(app, ["design", str(folder / "d.toml"), "--new"])
+    assert made.exit_code == 0, made.output
     return run_alone([*(words for _, words in CALLS), *WORK], folder)
 
 

@@ -155,7 +155,7 @@ def play(trained, recording, step=1.0, jitter=0.0, begin=123e3, side=1):
 @pytest.mark.parametrize(("step", "jitter"), [(1.0, 0.0), (2.0, 0.0), (2.4, 0.2)])
 def test_what_is_said_last_is_what_classify_says_however_fast_the_sender(trained, step, jitter):
     felt = [one for touches in trained[2] for one in touches.recordings]
-    for recording in felt:
+    for recording in felt if step == 1.0 else felt[::3]:
         live, states = play(trained, recording, step, jitter)
         end = live.end()
         whole, _ = judge_recording(

@@ -16,8 +16,6 @@ from tests.spikes._touches import POSITION, make_bent
 
 pytestmark = pytest.mark.long
 
-AROUND = (0.0, 90.0, 37.0)
-
 
 def turn_touches(flat: xr.Dataset, azimuth: float, twist: float | None = None) -> xr.Dataset:
     """The planar touches bent towards ``azimuth`` [degrees], perhaps twisted by some [rad]."""

@@ -244,6 +244,7 @@ def test_units_that_never_fire_and_trials_of_seconds_keep_their_places(tmp_path)
     np.testing.assert_allclose(back, made["spike_time"], atol=1e-6)
 
 
+@pytest.mark.long
 def test_pynapple_reads_the_units(file):
     pynapple = pytest.importorskip("pynapple")
     units = pynapple.load_file(str(file))["units"]

@@ -2,6 +2,8 @@
 
 import time
 
+import numpy as np
+
 APP = "const app = document.getElementById('studio').studio; "
 
 
@@ -17,6 +19,17 @@ def wait_for(browser, words, seconds=120.0):
                 f"never came true: {words}; status {ask(browser, 'app.status')}"
             )
         time.sleep(0.02)
+
+
+def read_shown(browser):
+    """The tensor (sensor, time) in the page."""
+    words = (
+        "[...Array(app.records.A.index.length).keys()].map(s =>"
+        " [...Array(app.records.A.filled).keys()]"
+    )
+    return np.array(
+        ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32
+    )
 
 
 def stop_at(browser, ms):

@@ -19,7 +19,7 @@ from feeler.studio.export import _bundle, _pack_antenna, _pack_contact, _pack_sh
 from feeler.studio.requests import AntennaRequest, TouchRequest
 from feeler.studio.study import Range, _pack_templates
 
-from ._page import APP, ask, press, stop_at, wait_for
+from ._page import APP, ask, press, read_shown, stop_at, wait_for
 
 pytestmark = pytest.mark.long
 
@@ -149,13 +149,6 @@ def open_page(browser, path, width=1280, height=720):
     browser.get_log("browser")
     browser.get(path.as_uri())
     wait_for(browser, "app && app.status == 'here' && app.records.A.ended")
-
-
-def read_shown(browser):
-    rows = (
-        "[...Array(app.records.A.index.length).keys()].map(s => [...Array(app.records.A.filled)"
-    )
-    return np.array(ask(browser, rows + ".keys()].map(k => app.records.A.angle(s, k)))"))
 
 
 def expect(browser):

@@ -14,7 +14,7 @@ import feeler
 from feeler.studio import Boards, Studio
 from feeler.studio.requests import hash_tensor
 
-from ._page import APP, ask, stop_at, wait_for
+from ._page import APP, ask, read_shown, stop_at, wait_for
 
 pytestmark = pytest.mark.long
 
@@ -35,17 +35,6 @@ def open_page(browser, address):
     browser.get(address)
     wait_for(browser, "app && app.records.A.ended && app.status == 'exact'")
     ask(browser, "(app.play(false), clearTimeout(app.studyTimer))")
-
-
-def read_shown(browser):
-    """The tensor (sensor, time) in the page."""
-    words = (
-        "[...Array(app.records.A.index.length).keys()].map(s =>"
-        " [...Array(app.records.A.filled).keys()]"
-    )
-    return np.array(
-        ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32
-    )
 
 
 def find_problems(browser):
@@ -129,28 +118,6 @@ def test_the_base_is_taken_in_the_hand(studio, browser):
     ask(browser, "app.endHand()")
     wait_for(browser, "!app.handOn && app.records.A.ended")
     assert ask(browser, "app.records.A.commands.length") > 1
-
-
-def take_base_towards_the_object(browser):
-    """Drag it upwards with the mouse, as a person does."""
-    from selenium.webdriver.common.action_chains import ActionChains
-
-    stage = browser.find_element("css selector", "canvas.stage")
-    ends = (  # the base, and how far the tip is [px]
-        "[app.drawn.A.px[0], app.drawn.A.py[0], app.drawn.A.px.at(-1)]"
-    )
-    x, y, tip = ask(browser, ends)
-    wide, high = ask(
-        browser,
-        "['clientWidth', 'clientHeight'].map(n => document.querySelector('canvas.stage')[n])",
-    )
-    place = round(x - wide / 2), round(y - high / 2)
-    mouse = (
-        ActionChains(browser, duration=30)
-        .move_to_element_with_offset(stage, *place)
-        .click_and_hold()
-    )
-    mouse.move_by_offset(0, round(-(tip - x) / 6)).perform()
 
 
 def test_a_state_travels_in_its_address_and_nonsense_does_not_stop_the_page(studio, browser):

@@ -3,7 +3,6 @@ older.
 """
 
 import json
-import threading
 import time
 
 import numpy as np
@@ -374,11 +373,3 @@ def test_no_message_brings_a_session_down(messages):
     assert [
         h["message"] for h, _ in page.find("error") if "made a mistake" in h["message"]
     ] == []
-
-
-def test_threads_do_not_pile_up():
-    before, page = threading.active_count(), Page()
-    for number in range(50):
-        page.ask({"type": "touch", "id": number, "wish": {"antenna": {}, **SHORT}})
-    page.wait()
-    assert threading.active_count() <= before + 2

@@ -1,6 +1,5 @@
 """An antenna in space in the studio: feeler's touch, turned by hand; what is planar is refused."""
 
-import time
 from importlib.resources import files
 
 import numpy as np
@@ -12,11 +11,10 @@ from feeler.plotting.antennas import describe_turnable
 from feeler.studio import Studio
 from feeler.studio.export import SPACE_SCRIPT, read_page
 from feeler.studio.requests import AntennaRequest, TouchRequest, hash_tensor, wish_for
-from feeler.studio.session import Session
 from feeler.tensors.transforms import stack_planes
 from tests.studio.test_browser import ask, find_problems, open_page, wait_for
 
-from ._messages import unpack
+from ._messages import talk
 
 pytestmark = pytest.mark.long
 
@@ -29,21 +27,8 @@ def make_touch(**more):
     return trial, feeler.touch(ANTENNA, trial, duration=60.0, **more)
 
 
-def talk(message):
-    """What a session answers."""
-    said = []
-    session = Session(lambda packed: said.append(unpack(packed)))
-    session.take(message)
-    end = time.monotonic() + 60
-    while session.busy and time.monotonic() < end:
-        time.sleep(0.01)
-    return said
-
-
 def write(**message):
-    import json
-
-    return json.dumps({"slot": "A", "id": 3, **message})
+    return {"slot": "A", "id": 3, **message}
 
 
 def test_what_is_sent_is_the_touch_and_its_turnable_view():

@@ -3,9 +3,7 @@ asked: each option on its way, without a browser and without a touch where none 
 """
 
 import ast
-import json
 import re
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,24 +26,12 @@ from feeler.studio.requests import (
     _compute_compliance,
     describe_original,
 )
-from feeler.studio.session import Session, _read_message, pack
+from feeler.studio.session import _read_message, pack
 
-from ._messages import unpack
+from ._messages import talk, unpack
 
 OWN = AntennaRequest(toml=write_antenna(make_antenna()))
 BOX = {"kind": "box", "size": 1.3, "x": 6.0, "y": 9.0, "heading": -70.0, "speed": 0.2}
-
-
-def talk(*messages):
-    """What a session answers to all of these, one after the other."""
-    said = []
-    one = Session(lambda packed: said.append(unpack(packed)))
-    for message in messages:
-        one.take(json.dumps(message))
-        end = time.monotonic() + 60
-        while one.busy and time.monotonic() < end:
-            time.sleep(0.001)
-    return said
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,10 @@
 """A small set of real touches, the same here and in the processes that get killed."""
 
 import json
-import os
-import time
 
 import numpy as np
 
 import feeler
-from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.objects.shapes import make_feature
 
 N_TRIALS = 24
@@ -29,8 +26,6 @@ trials = [
     for i in range(N_TRIALS)
 ]
 options = {"duration": 60.0, "timestep": 0.02, "seed": 3}
-# s that a disk takes at least, so that there is time to be killed while something is written
-SLOW = 2e-3
 
 
 def run(**changes):
@@ -44,14 +39,3 @@ def pick(tensors, indices):
     return tensors.isel(trial=indices).assign_attrs(
         trials=json.dumps([made[n] for n in indices], sort_keys=True)
     )
-
-
-def work(told, store, workers):
-    """Simulate it into a store with so many threads (0: in two processes), and tell how many trials
-    are finished.
-    """
-    sync = os.fsync
-    os.fsync = lambda file: (time.sleep(SLOW), sync(file))[1]
-    told.send(0)
-    with ThreadExecutor(workers) if workers else ProcessExecutor(2) as executor:
-        run(store=store, progress=lambda done, total: told.send(done), executor=executor)

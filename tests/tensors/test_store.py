@@ -346,20 +346,13 @@ def damage(path, how):
 
 @pytest.mark.further
 @pytest.mark.parametrize("how", ["flip", "cut", "gone"])
-def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
+def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     fill(path, group_size=2)
     damage(path, how)
     with pytest.raises(
         InvalidInput, match=r"is damaged|c\.1\.0\.0 \(trials 2 to 3\) is missing"
     ):
         read_store(path).load()
-
-
-@pytest.mark.further
-@pytest.mark.parametrize("how", ["flip", "cut", "gone"])
-def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
-    fill(path, group_size=2)
-    damage(path, how)
     assert re.search(
         r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", _find_damage(path)[0]
     )
