@@ -15,7 +15,6 @@ from feeler import Outline
 from feeler.antenna.files import load_antenna
 from feeler.errors import InvalidInput
 from feeler.sandbox import Limits, open_guarded
-from feeler.tables import parse_table
 from feeler.tensors.formats import load, save
 
 from . import _hostile
