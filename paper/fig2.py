@@ -365,7 +365,7 @@ def _plot_directions(directions: EigenParameters, ax) -> None:
         yticks=range(n),
         yticklabels=range(1, n + 1),
     )
-    ax.set(ylabel="direction", title="what moves together")
+    ax.set(ylabel="direction", xlabel="what moves together")
 
 
 def _draw_out(base: float | np.ndarray, rate: float | np.ndarray) -> np.ndarray:
