@@ -86,6 +86,12 @@ def test_holes_across_the_clocks_end_have_their_times():
     assert [t for t, _ in read_samples(plain, 1, Link(1))] == pytest.approx(at)
 
 
+def test_a_board_that_begins_anew_has_not_gone_round():
+    lines = [frame_sample(30_000 + k, 0.9 * CLOCK + k, np.zeros(1)) for k in range(3)]
+    lines += [frame_sample(k, 5.0 + k, np.zeros(1)) for k in range(3)]
+    assert [t for t, _ in read_samples(lines, 1, Link(1))][3:] == [5.0, 6.0, 7.0]
+
+
 def test_a_board_that_begins_anew_after_its_clock_went_round_begins_at_its_own_time():
     at = 0.9 * CLOCK + np.linspace(0, 0.2 * CLOCK, 5)
     lines = [frame_sample(30_000 + k, t % CLOCK, np.zeros(1)) for k, t in enumerate(at)]

@@ -16,6 +16,7 @@ from feeler.objects import load_objects
 from feeler.robot import (
     compute_tip,
     draw_robots,
+    fit_factors,
     load_robot,
     make_classifier,
     make_robot,
@@ -23,10 +24,12 @@ from feeler.robot import (
     make_touches,
     save_calibration,
     save_recording,
+    simulate_release,
     touch_robots,
     write_robot,
 )
 from feeler.robot.classify import judge_recording
+from feeler.robot.fit import make_posture
 from feeler.robot.recordings import Recording
 
 OBJECTS = """
@@ -250,3 +253,28 @@ def test_a_recording_may_number_its_channels_as_the_robot_file_does(tmp_path):
         (tmp_path / "r.csv").write_text("\n".join([f"time_ms,{names}", *rows]) + "\n")
         done = run("robot", "check", tmp_path / "r.csv", "--antenna", tmp_path / "few.toml")
         assert done.exit_code == 0 and "r.csv: 3 channels, 8 ms" in done.output, done.output
+
+
+def test_damping_is_p2_times_the_theoretical_stiffness_whatever_p1_is(tmp_path):
+    write_robot(tmp_path / "r.toml", 3)
+    text = (tmp_path / "r.toml").read_text()
+    text = text.replace("stiffness = 1.0", "stiffness = 1.19").replace(
+        "damping = 2.0", "damping = 2.06"
+    )
+    (tmp_path / "r.toml").write_text(text)
+    k_th = 2500 * np.array([12.0, 8.0, 4.0]) * 0.05**3 / (12 * 0.5)
+    robot = load_robot(tmp_path / "r.toml")
+    np.testing.assert_allclose(robot.antenna.stiffness, 1.19 * k_th)
+    np.testing.assert_allclose(robot.antenna.damping, 2.06 * k_th)
+    np.testing.assert_allclose(robot.theory.stiffness, k_th)
+
+
+def test_factors_of_any_antenna_come_back_from_its_release(tmp_path):
+    write_robot(tmp_path / "r.toml", 5)
+    theory = load_robot(tmp_path / "r.toml").theory
+    planted = theory.replace(stiffness=1.3 * theory.stiffness, damping=2.4 * theory.stiffness)
+    motion = simulate_release(planted, make_posture(planted, 4.0), 600.0)
+    found = fit_factors(
+        Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion), theory=theory
+    )
+    assert (found.stiffness_factor, found.damping_factor) == pytest.approx((1.3, 2.4), rel=0.01)

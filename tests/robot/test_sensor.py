@@ -240,3 +240,20 @@ def test_hysteresis_is_measured_named_and_kept_out_of_the_repeatability():
     assert not any("hysteresis" in line for line in free.explain())
     one_way = fit_sensors(np.ones(9, int), np.arange(9) / 9, np.arange(9) * 1.0)
     assert np.isnan(one_way.hysteresis).all()
+
+
+def test_drift_is_the_trend_of_the_residuals():
+    hinge, angle, capacitance, time = _bench(noise=0.01 * DEGREE, drift=1e-6)
+    fit = fit_sensors(hinge, angle, capacitance, time=time)
+    np.testing.assert_allclose(
+        fit.drift, -1e-6, rtol=0.05
+    )  # known angle minus an angle that reads ever higher
+    assert np.isnan(fit_sensors(hinge, angle, capacitance).drift).all()
+
+
+def test_apply_inverts_the_readings_within_the_range():
+    fit = fit_sensors(*_bench()[:3])
+    angle = np.tile(np.linspace(-19, 19, 50) * DEGREE, (3, 1))
+    np.testing.assert_allclose(
+        fit.apply((angle - OFFSET[:, None]) / SLOPE[:, None]), angle, atol=1e-10
+    )

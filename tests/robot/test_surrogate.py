@@ -17,6 +17,7 @@ from feeler.robot.recordings import load_recording, save_recording
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
     _add_mount,
+    _draw_sensing,
     _Sensing,
     draw_antenna,
     draw_trial,
@@ -256,3 +257,37 @@ def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_d
     ):
         np.testing.assert_array_equal(getattr(found, name)[1:], getattr(robot, name))
     np.testing.assert_array_equal(found.sensors, robot.sensors + 1)
+
+
+@pytest.mark.parametrize(
+    ("gap", "check"),
+    [
+        (Gap().scaled(0), lambda seen: np.allclose(seen[1], 0) and np.allclose(seen[0], 0.1)),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "crosstalk": 0.05}),
+            lambda seen: np.allclose(seen[1], 0.005),
+        ),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "bend": 0.35}),
+            lambda seen: np.allclose(seen[0], 0.11),
+        ),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "noise": 0.01}),
+            lambda seen: 0.009 < seen[1].std() < 0.011,
+        ),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "quantum": 0.03}),
+            lambda seen: np.unique(seen[0]).size == 1,
+        ),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "drift": 0.02}),
+            lambda seen: 0.002 < seen[1].std() < 0.06,
+        ),
+    ],
+)
+def test_each_fault_of_the_sensing_by_itself(gap, check):
+    sensing = _draw_sensing(gap, 3, np.random.default_rng(5))
+    angle = np.zeros((3, 1000))
+    angle[0] = 0.1
+    read = sensing.read(angle, np.random.default_rng(6))
+    assert check((read - sensing.base[:, None]) / sensing.sensitivity[:, None])
