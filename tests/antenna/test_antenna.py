@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from feeler import Antenna, presets
-from feeler.antenna import Constant, Exponential, Linear, Sigmoid
+from feeler.antenna import Constant, Exponential, Linear, Sigmoid, compute_modes
 from feeler.antenna.animals import FACTS, PROFILE_NAMES
 from feeler.antenna.segments import compute_mass_matrix
 from feeler.errors import InvalidInput
@@ -201,3 +201,21 @@ def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():
         energy += 0.5 * mass * centre**2 + 0.5 * mass * length**2 / 12 * spin**2
         velocity += spin * length
     assert 0.5 * rate @ compute_mass_matrix(antenna) @ rate == pytest.approx(energy)
+
+
+@pytest.mark.parametrize(("mode", "root"), [(0, 1.8751041), (1, 4.6940911)])
+def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
+    """ω = β² √(EI / m̄ L⁴); the clamped half segment makes hinge 1 twice as stiff."""
+    n, length, stiffness, density = 200, 40.0, 5.0, 1e-4
+    step = length / n
+    k = np.full(n, stiffness / step)
+    k[0] *= 2
+    antenna = Antenna(
+        segment_length=np.full(n, step),
+        segment_mass=density * step,
+        radius=0.1,
+        stiffness=k,
+        damping=0.0,
+    )
+    expected = root**2 * np.sqrt(stiffness / (density * length**4)) / (2 * np.pi)
+    assert compute_modes(antenna, 2).frequency[mode] == pytest.approx(expected, rel=2e-3)

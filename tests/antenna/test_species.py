@@ -267,3 +267,16 @@ def test_controls_are_straight_lines_between_their_ends(profile, stiffness, damp
 )
 def test_sensors_sit_where_their_names_say(sensors, expected):
     np.testing.assert_array_equal(cockroach(sensors=sensors).sensors, expected)
+
+
+def test_a_shaken_rod_swings_as_a_pendulum_on_a_spring_does():
+    """One rod: (k + iωc − ω²J) θ = ω² m a with J = m ℓ²/3 and a = ℓ/2; the tip swings by 1 + ℓ
+    θ.
+    """
+    rod = feeler.Antenna(
+        segment_length=[3.0], segment_mass=[0.5], radius=1, stiffness=2.0, damping=0.7
+    )
+    omega = np.array([0.0, 0.5, 1.1, 4.0])
+    angle = omega**2 * 0.5 * 1.5 / (2.0 + 0.7j * omega - omega**2 * 0.5 * 3)
+    swing = compute_base_response(rod, omega / (2 * np.pi))
+    np.testing.assert_allclose(swing, np.stack([np.ones(4), 1 + 3 * angle], axis=1), rtol=1e-12)
