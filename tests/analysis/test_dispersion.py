@@ -17,6 +17,7 @@ from feeler.analysis import (
     compute_pearson,
     compute_ssim,
     find_closest,
+    scale_common,
     search_closest,
 )
 from feeler.analysis.dispersion import student_mean
@@ -121,6 +122,19 @@ def test_indices_may_be_chosen_and_groups_be_of_different_shapes():
         np.testing.assert_array_equal(found.values("mse", name), alone.value)
     again = compute_dispersion(sets, indices=["mse"], random_state=3)
     assert again.average["mse"] == found.average["mse"]
+
+
+def test_dataarray_in_any_order_of_dims_is_read_by_name():
+    tensors = np.random.default_rng(0).random((5, 12, 14))
+    array = xr.DataArray(tensors, dims=("trial", "sensor", "time")).transpose(
+        "time", "sensor", "trial"
+    )
+    np.testing.assert_allclose(compute_ssim(array), compute_ssim(tensors), atol=1e-14)
+
+
+def test_one_common_factor_keeps_ratios():
+    scaled = scale_common(np.stack([np.full((2, 2), 0.5), np.full((2, 2), -2.0)]))
+    np.testing.assert_array_equal(scaled[:, 0, 0], [0.25, -1.0])
 
 
 @pytest.mark.parametrize(

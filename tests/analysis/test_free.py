@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from feeler.analysis import check_trace, measure_deflection_ratios, measure_free_response
 from feeler.analysis.response import _find_extrema, fit_damped_cosine
+from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.experiments.mechanics import bend
 
 
 def swing(time, frequency=0.0175, ratio=0.35):
@@ -281,3 +283,19 @@ def test_gaps_and_shapes_of_points_are_refused():
         measure_deflection_ratios(TIME_MEASURES, np.where(TIME_MEASURES == 9, np.nan, tip), tip)
     with pytest.raises(InvalidInput, match="with 50 samples"):
         measure_deflection_ratios(TIME_MEASURES, tip[:-1], tip)
+
+
+def test_a_uniform_cantilever_gives_back_its_rigidity():
+    """n hinges of stiffness k, each half a segment from the clamp's side, approach EI = k ℓ."""
+    n, rigidity = 200, 0.5
+    length = 40.0 / n
+    antenna = Antenna(
+        segment_length=np.full(n, length),
+        segment_mass=1e-5,
+        radius=0.1,
+        stiffness=rigidity / length,
+        damping=1.0,
+    )
+    force = 1e-6
+    tip = float(bend(antenna, force)["tip"].values[0, 0])
+    assert force * antenna.length**3 / (3 * tip) == pytest.approx(rigidity, rel=0.01)

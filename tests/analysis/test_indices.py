@@ -223,3 +223,10 @@ def test_matrix_is_symmetric_with_its_own_diagonal(compute, tensors):
     np.testing.assert_allclose(
         np.diag(matrix), 0.0 if compute is compute_mse else 1.0, atol=1e-12
     )
+
+
+def test_pearson_of_a_constant_tensor_is_refused_and_named():
+    tensors = make_noise()
+    tensors[3] = 0.25
+    with pytest.raises(InvalidInput, match=r"trial\(s\) 3 are constant .* undefined"):
+        compute_pearson(tensors)
