@@ -115,7 +115,7 @@ def _ask(
     function: str, path: str, limits: Limits, name: str, words: tuple[str, ...]
 ) -> _Answer:
     """What a process that runs :func:`main` answers."""
-    import numpy as np  # whoever reads TOML does without
+    import numpy as np  # slow to load, and not needed for TOML
 
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
     size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
@@ -168,7 +168,7 @@ def _check_bytes(limits: Limits, plan: Iterable[tuple[str, str, list[int]]], wha
             raise InvalidInput(
                 f"{name[:60]!r} has the type {kind}; readable are numbers and texts."
             )
-        import numpy as np  # whoever reads TOML does without
+        import numpy as np  # slow to load, and not needed for TOML
 
         n_bytes += math.prod(shape) * np.dtype(kind).itemsize
     limits.check_bytes(n_bytes, what)

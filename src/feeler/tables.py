@@ -114,9 +114,9 @@ def find_heading(lines: Iterator[tuple[int, str]], known: Sequence[str] = ()) ->
     """The heading of numbered lines; None where no line is left under the notes.
 
     The names are the first line whose cells are as many as those of the numbers below it, or that
-    has one of the ``known`` names in small letters; or,
-    where a logger has written none there, the last note of as many cells. Units in a row of their
-    own are put behind the names: ``time`` above ``(ms)`` is ``time (ms)``.
+    has one of the ``known`` names in small letters; or, where a logger has written none there, the
+    last note of as many cells. Units in a row of their own are put behind the names: ``time`` above
+    ``(ms)`` is ``time (ms)``.
     """
     notes: dict[str, str] = {}
     texts: list[str] = []  # notes as they are written

@@ -147,9 +147,9 @@ class MeasurementFit(Shown):
         Parameters that were not fitted, and what measurement would determine them.
     residual : dict[str, float]
         Root mean square of what is left of each measurement, as a share of its largest value.
-    zero : dict[str, float]
-        Fitted deflection at which the antenna rests [mm], of each force curve that neither begins
-        nor ends at a deflection of 0.
+    zero : dict[str, tuple[float, float]]
+        Fitted deflection at which the antenna rests, and half of its 95 % interval [mm], of each
+        force curve that neither begins nor ends at a deflection of 0. A straight curve has none.
     directions : EigenParameters
         Combinations that the first animal's measurements determine best and least.
     protocol : Protocol
@@ -169,7 +169,7 @@ class MeasurementFit(Shown):
     interval: str
     held: dict[str, str]
     residual: dict[str, float]
-    zero: dict[str, float]
+    zero: dict[str, tuple[float, float]]
     directions: EigenParameters
     start: Antenna
     protocol: Protocol
@@ -200,8 +200,8 @@ class MeasurementFit(Shown):
                 )
         lines += [
             f"{name}: its deflections neither begin nor end at 0, so where the antenna rests is"
-            f" fitted too: at {value:.4g} mm"
-            for name, value in self.zero.items()
+            f" fitted too: at {value:.4g} ± {half:.2g} mm"
+            for name, (value, half) in self.zero.items()
         ]
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
 
@@ -396,7 +396,8 @@ class _Block:
 
 
 _Named = list[tuple[str, float]]
-_Found = tuple[np.ndarray, np.ndarray, np.ndarray, _Named, int, _Named]
+_Zeros = list[tuple[str, tuple[float, float]]]
+_Found = tuple[np.ndarray, np.ndarray, np.ndarray, _Named, int, _Zeros]
 """An animal's searched vector, its covariance, the Jacobian, what is left of each measurement, how
 many numbers were measured, and the zeros of deflections that were fitted [mm]."""
 
@@ -464,14 +465,19 @@ def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Fo
     whole = np.linalg.pinv(best.jac.T @ best.jac)
     names = [block.name for block in blocks]
     left = list(zip(names, measure_left(best.x), strict=True))
-    shifts = zip(late, best.x[n:], strict=True)
+    halves = 1.96 * np.sqrt(np.diag(whole)[n:])
+    shifts = zip(late, best.x[n:], halves, strict=True)
     return (
         best.x[:n],
         whole[:n, :n],
         project(best.jac[:, :n], best.jac[:, n:]),
         left,
         size,
-        [(block.name, float(x * block.zero)) for block, x in shifts if block.zero],
+        [
+            (block.name, (float(x * block.zero), float(half * block.zero)))
+            for block, x, half in shifts
+            if block.zero
+        ],
     )
 
 

@@ -25,7 +25,9 @@ _VERBS = tuple(verb for verbs in _GROUPS.values() for verb in verbs)
 
 _INTERRUPTED = 130  # the shells' exit code after Ctrl-C
 # the parent of all that click, or Typer's own copy of it, says of a wrong call
-_WrongCall: Any = typer.BadParameter.__mro__[2]
+_WrongCall: Any = next(
+    kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+)
 
 
 class _Interrupted(Exception):
