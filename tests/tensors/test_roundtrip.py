@@ -8,7 +8,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 
 from feeler.errors import FeelerError, InvalidInput
 from feeler.tensors.formats import FORMATS, load, save
@@ -70,6 +70,13 @@ NAMES = ["note", "units", "finished", "id", "start_time", "label", "é", "trial"
 
 @settings(
     max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@example(
+    part={"trial": slice(0), "sensor": slice(None), "time": slice(None)},
+    change="lazily",
+    label=("note", np.array(["a", 1, None, 2.5], object)),
+    attribute=None,
+    suffix=".nc",
 )
 @given(
     part=PARTS,

@@ -37,8 +37,13 @@ _UNHELD = re.compile("[\0\ud800-\udfff]")
 
 
 def complete(dataset: xr.Dataset) -> xr.Dataset:
-    """The Dataset with every required attribute present."""
-    return dataset.assign_attrs({**REQUIRED, **dataset.attrs})
+    """The Dataset with every required attribute, and its texts in memory, as writers need them."""
+    texts = {
+        name: variable.compute()
+        for name, variable in dataset.variables.items()
+        if variable.dtype.kind == "O" and variable.chunks
+    }
+    return dataset.assign(texts).assign_attrs({**REQUIRED, **dataset.attrs})
 
 
 def describe(dataset: xr.Dataset) -> str:
