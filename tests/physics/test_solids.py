@@ -11,7 +11,7 @@ from feeler.objects.bodies import Object
 from feeler.objects.distance import make_hull
 from feeler.objects.meshes import list_solids
 from feeler.objects.shapes import Feature
-from feeler.physics.chain.space import fields as s
+from feeler.physics.chain import fields as f
 from feeler.physics.engine import ENGINES, Engine, get_engine
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
@@ -96,7 +96,7 @@ def make_alike(scenes, timestep):
     for k, (corners, before) in enumerate(zip(read_corners(scenes[0]), own, strict=True)):
         assert np.abs(np.sort(corners, axis=0) - np.sort(before, axis=0)).max() < 1e-6
         hull, _ = make_hull(corners)
-        first, stop = (int(stepper.tables.solids[0, k, at]) for at in (s.S_FIRST, s.S_STOP))
+        first, stop = (int(stepper.tables.solids[0, k, at]) for at in (f.S_FIRST, f.S_STOP))
         assert len(hull) == stop - first
         stepper.tables.hulls[0, first:stop] = hull
     return stepper

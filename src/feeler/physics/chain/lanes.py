@@ -8,7 +8,10 @@ and strictly IEEE: a lane's result does not depend on its neighbours nor on thei
 one lane the type is a plain double, which goes with any number of lanes.
 """
 
+import ctypes
+import math
 import operator
+from ctypes.util import find_library
 
 import numpy as np
 from llvmlite import ir
@@ -271,10 +274,41 @@ def fma(typing, a, b, c):
     return kind(a, b, c), emit
 
 
-if config.DISABLE_JIT:  # nothing is compiled: the same functions for Python's own numbers
-    from feeler.physics.chain.plain import PLAIN
+# The same functions in plain Python, for ``NUMBA_DISABLE_JIT=1``: a number with lanes is an array
+# with one entry per lane. Slow, and the same bits.
 
-    globals().update(PLAIN)
+
+def _find_fma():
+    """a·b + c with one rounding: Python's own from 3.13 on, before that the C library's."""
+    if hasattr(math, "fma"):
+        return math.fma
+    found = ctypes.CDLL(find_library("m") or find_library("ucrtbase") or None).fma
+    found.argtypes, found.restype = [ctypes.c_double] * 3, ctypes.c_double
+    return found
+
+
+def _fma(a, b, c):
+    """a·b + c with one rounding, lane by lane."""
+    triples = zip(*(x.tolist() for x in np.broadcast_arrays(a, b, c)), strict=True)
+    return np.array([_fuse(*triple) for triple in triples])
+
+
+_PLAIN = {
+    "get": lambda table, i, j, width: table[i, j].copy(),
+    "put": lambda table, i, j, value, width: table.__setitem__((i, j), value),
+    "spread": lambda value, width: np.full(len(width), value),
+    "beside": lambda values: np.array([np.ravel(value)[0] for value in values]),
+    "everywhere": lambda mask: bool(np.all(mask)),
+    "pick": lambda value, lane: value[lane : lane + 1],
+    "choose": np.where,
+    "smaller": lambda a, b: np.where(np.less(b, a), b, a),
+    "floor": np.floor,
+    "fma": _fma,
+}
+
+if config.DISABLE_JIT:
+    _fuse = _find_fma()  # asks the system, which takes a while
+    globals().update(_PLAIN)
 
 # π/2 in three parts of 33 bits, so that subtracting small multiples is exact (Cody & Waite 1980)
 _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (

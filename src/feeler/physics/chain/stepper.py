@@ -622,7 +622,7 @@ def make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
 def _make(scenes: Sequence[Scene], timestep: float, *, damped: bool) -> Stepper:
 
     if scenes[0].antenna.spatial:
-        from feeler.physics.chain.space.stepper import SpaceChainStepper
+        from feeler.physics.chain.space_stepper import SpaceChainStepper
 
         return SpaceChainStepper(scenes, timestep, damped)
     return ChainStepper(scenes, timestep, damped)

@@ -3,7 +3,6 @@
 from feeler.compiled import inlined, lean, nested
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.lanes import fma, get, put, sincos, spread
-from feeler.physics.chain.space import fields as s
 
 # Vectors of lanes: three numbers each.
 
@@ -78,15 +77,15 @@ def _push_root(base, soft, width):
     """Turn and acceleration of hinge 1, velocity products left out: the base's, and what a follicle
     gives.
     """
-    alpha, push = _get_base(base, s.BASE_ALPHA, width), _get_base(base, s.BASE_A, width)
+    alpha, push = _get_base(base, f.BASE_ALPHA, width), _get_base(base, f.BASE_A, width)
     if len(soft):
-        push = add(push, cross(alpha, _get_base(base, s.GIVE_ALONG, width)))
+        push = add(push, cross(alpha, _get_base(base, f.GIVE_ALONG, width)))
         for k in range(3):
-            turn = dot(_get_base(base, s.GIVE_GAIN + 6 * k, width), alpha)
-            shift = dot(_get_base(base, s.GIVE_GAIN + 6 * k + 3, width), push)
-            own = get(base, 0, s.GIVE_LEFT + k, width) - (turn + shift)
-            put(base, 0, s.GIVE_OWN + k, own, width)
-            push = join(own, _get_base(base, s.GIVE_AXIS + 3 * k, width), push)
+            turn = dot(_get_base(base, f.GIVE_GAIN + 6 * k, width), alpha)
+            shift = dot(_get_base(base, f.GIVE_GAIN + 6 * k + 3, width), push)
+            own = get(base, 0, f.GIVE_LEFT + k, width) - (turn + shift)
+            put(base, 0, f.GIVE_OWN + k, own, width)
+            push = join(own, _get_base(base, f.GIVE_AXIS + 3 * k, width), push)
     return alpha, push
 
 
@@ -95,39 +94,39 @@ def _give_way(base, soft, timestep, width):
     """One Euler step of a follicle, and where hinge 1 then is; the velocity products of its
     acceleration, with that of gravity.
     """
-    carried = scale(-1.0, _get_base(base, s.BASE_GRAVITY, width))
-    place, rate = _get_base(base, s.BASE_PLACE, width), _get_base(base, s.BASE_V, width)
+    carried = scale(-1.0, _get_base(base, f.BASE_GRAVITY, width))
+    place, rate = _get_base(base, f.BASE_PLACE, width), _get_base(base, f.BASE_V, width)
     if len(soft):
         zero = spread(0.0, width)
         along, slide = (zero, zero, zero), (zero, zero, zero)
         for k in range(3):
-            own = get(base, 0, s.GIVE_OWN + k, width)
-            speed = fma(timestep, own, get(base, 0, s.GIVE_RATE + k, width))
-            given = fma(timestep, speed, get(base, 0, s.GIVE + k, width))
-            drag = get(base, 0, s.GIVE_DAMP + k, width) * speed
-            force = fma(-get(base, 0, s.GIVE_STIFF + k, width), given, -drag)
-            put(base, 0, s.GIVE_RATE + k, speed, width)
-            put(base, 0, s.GIVE + k, given, width)
-            put(base, 0, s.GIVE_FORCE + k, force, width)
-            axis = _get_base(base, s.BASE_AXES + 3 * k, width)
-            _put_base(base, s.GIVE_AXIS + 3 * k, axis, width)
+            own = get(base, 0, f.GIVE_OWN + k, width)
+            speed = fma(timestep, own, get(base, 0, f.GIVE_RATE + k, width))
+            given = fma(timestep, speed, get(base, 0, f.GIVE + k, width))
+            drag = get(base, 0, f.GIVE_DAMP + k, width) * speed
+            force = fma(-get(base, 0, f.GIVE_STIFF + k, width), given, -drag)
+            put(base, 0, f.GIVE_RATE + k, speed, width)
+            put(base, 0, f.GIVE + k, given, width)
+            put(base, 0, f.GIVE_FORCE + k, force, width)
+            axis = _get_base(base, f.BASE_AXES + 3 * k, width)
+            _put_base(base, f.GIVE_AXIS + 3 * k, axis, width)
             along, slide = join(given, axis, along), join(speed, axis, slide)
-        _put_base(base, s.GIVE_ALONG, along, width)
-        omega = _get_base(base, s.BASE_OMEGA, width)
+        _put_base(base, f.GIVE_ALONG, along, width)
+        omega = _get_base(base, f.BASE_OMEGA, width)
         swept = cross(omega, along)
         carried = add(carried, cross(omega, join(2.0, slide, swept)))
         place, rate = add(place, along), add(rate, add(swept, slide))
-    _put_base(base, s.ROOT, place, width)
-    _put_base(base, s.ROOT_V, rate, width)
+    _put_base(base, f.ROOT, place, width)
+    _put_base(base, f.ROOT_V, rate, width)
     return carried
 
 
 @inlined
 def _fold_base(base, soft, timestep, whole, width):
     """Take a follicle's slides out of the articulated wrench, and read the base's reaction."""
-    alpha, push = _get_base(base, s.BASE_ALPHA, width), _get_base(base, s.BASE_A, width)
+    alpha, push = _get_base(base, f.BASE_ALPHA, width), _get_base(base, f.BASE_A, width)
     if len(soft):
-        push = add(push, cross(alpha, _get_base(base, s.GIVE_ALONG, width)))
+        push = add(push, cross(alpha, _get_base(base, f.GIVE_ALONG, width)))
         for k in (2, 1, 0):
             whole = _fold_slide(base, k, timestep, whole, width)
     _react(base, whole, alpha, push, width)
@@ -135,7 +134,7 @@ def _fold_base(base, soft, timestep, whole, width):
 
 @inlined
 def _fold_slide(base, k, timestep, whole, width):
-    h, m, a = whole[1], whole[2], _get_base(base, s.GIVE_AXIS + 3 * k, width)
+    h, m, a = whole[1], whole[2], _get_base(base, f.GIVE_AXIS + 3 * k, width)
     ut = (
         dot((h[0], h[1], h[2]), a),
         dot((h[3], h[4], h[5]), a),
@@ -146,13 +145,13 @@ def _fold_slide(base, k, timestep, whole, width):
         dot((m[1], m[3], m[4]), a),
         dot((m[2], m[4], m[5]), a),
     )
-    held = get(base, 0, s.GIVE_HELD, width)
-    drag = fma(timestep, get(base, 0, s.GIVE_DAMP + k, width), held)
+    held = get(base, 0, f.GIVE_HELD, width)
+    drag = fma(timestep, get(base, 0, f.GIVE_DAMP + k, width), held)
     inverse = 1.0 / (dot(a, uf) + drag)
-    left = get(base, 0, s.GIVE_FORCE + k, width) - dot(a, whole[4])
-    _put_base(base, s.GIVE_GAIN + 6 * k, scale(inverse, ut), width)
-    _put_base(base, s.GIVE_GAIN + 6 * k + 3, scale(inverse, uf), width)
-    put(base, 0, s.GIVE_LEFT + k, left * inverse, width)
+    left = get(base, 0, f.GIVE_FORCE + k, width) - dot(a, whole[4])
+    _put_base(base, f.GIVE_GAIN + 6 * k, scale(inverse, ut), width)
+    _put_base(base, f.GIVE_GAIN + 6 * k + 3, scale(inverse, uf), width)
+    put(base, 0, f.GIVE_LEFT + k, left * inverse, width)
     return _take_out(whole, ut, uf, inverse, left)
 
 
@@ -207,8 +206,8 @@ def _react(base, whole, al, a, width):
         dot((h[2], h[5], h[8]), al) + dot((m[2], m[4], m[5]), a),
     )
     for k in range(3):
-        put(base, 0, s.BASE_MOMENT + k, turn[k] + moment[k], width)
-        put(base, 0, s.BASE_FORCE + k, force[k] + push[k], width)
+        put(base, 0, f.BASE_MOMENT + k, turn[k] + moment[k], width)
+        put(base, 0, f.BASE_FORCE + k, force[k] + push[k], width)
 
 
 # The three sweeps of the chain in space: outwards (move), inwards (fold), outwards again
@@ -224,31 +223,31 @@ def _react(base, whole, al, a, width):
 def _accelerate(work, i, p, alpha, push, width):
     """A hinge's own acceleration, of those of what carries it."""
     turn, shift = (
-        _get3(work, s.GAIN + 6 * p, i, width),
-        _get3(work, s.GAIN + 6 * p + 3, i, width),
+        _get3(work, f.GAIN + 6 * p, i, width),
+        _get3(work, f.GAIN + 6 * p + 3, i, width),
     )
-    return get(work, s.LEFT + p, i, width) - (dot(turn, alpha) + dot(shift, push))
+    return get(work, f.LEFT + p, i, width) - (dot(turn, alpha) + dot(shift, push))
 
 
 @inlined
 def _step_hinge(work, i, p, timestep, alpha, push, width):
     """One Euler step of a hinge: its angle and rate, and the acceleration of what it carries."""
     own = _accelerate(work, i, p, alpha, push, width)
-    rate = fma(timestep, own, get(work, s.RATE + p, i, width))
-    angle = fma(timestep, rate, get(work, s.ANGLE + p, i, width))
-    put(work, s.RATE + p, i, rate, width)
-    put(work, s.ANGLE + p, i, angle, width)
-    return angle, rate, join(own, _get3(work, s.AXIS + 3 * p, i, width), alpha)
+    rate = fma(timestep, own, get(work, f.RATE + p, i, width))
+    angle = fma(timestep, rate, get(work, f.ANGLE + p, i, width))
+    put(work, f.RATE + p, i, rate, width)
+    put(work, f.ANGLE + p, i, angle, width)
+    return angle, rate, join(own, _get3(work, f.AXIS + 3 * p, i, width), alpha)
 
 
 @inlined
 def _load_hinge(constants, work, i, p, angle, rate, axis, width):
     """Note a hinge's axis and passive torque."""
-    _put3(work, s.AXIS + 3 * p, i, axis, width)
-    stretch = get(constants, s.C_SLACK + p, i, width) - angle
-    drag = get(constants, s.C_DAMP + p, i, width) * rate
-    torque = fma(get(constants, s.C_STIFF + p, i, width), stretch, -drag)
-    put(work, s.TORQUE + p, i, torque, width)
+    _put3(work, f.AXIS + 3 * p, i, axis, width)
+    stretch = get(constants, f.C_SLACK + p, i, width) - angle
+    drag = get(constants, f.C_DAMP + p, i, width) * rate
+    torque = fma(get(constants, f.C_STIFF + p, i, width), stretch, -drag)
+    put(work, f.TORQUE + p, i, torque, width)
 
 
 @lean
@@ -259,13 +258,13 @@ def move_in_space(constants, work, base, kind, timestep, width):
     planes, soft, flows = kind
     alpha, push = _push_root(base, soft, width)
     carried = _give_way(base, soft, timestep, width)
-    x, y = _get_base(base, s.BASE_AXES, width), _get_base(base, s.BASE_AXES + 3, width)
-    z, omega = _get_base(base, s.BASE_AXES + 6, width), _get_base(base, s.BASE_OMEGA, width)
+    x, y = _get_base(base, f.BASE_AXES, width), _get_base(base, f.BASE_AXES + 3, width)
+    z, omega = _get_base(base, f.BASE_AXES + 6, width), _get_base(base, f.BASE_OMEGA, width)
     zero = spread(0.0, width)
     product = zero, zero, zero
-    stream = join(-1.0, _get_base(base, s.FLOW_V, width), _get_base(base, s.ROOT_V, width))
+    stream = join(-1.0, _get_base(base, f.FLOW_V, width), _get_base(base, f.ROOT_V, width))
     for i in range(work.shape[1]):
-        along = _get3(work, s.SEG_ALONG, i, width)
+        along = _get3(work, f.SEG_ALONG, i, width)
         first, first_rate, alpha = _step_hinge(work, i, 0, timestep, alpha, push, width)
         second, second_rate, alpha = _step_hinge(work, i, 1, timestep, alpha, push, width)
         third, third_rate = zero, zero
@@ -287,15 +286,15 @@ def move_in_space(constants, work, base, kind, timestep, width):
             x, z = join(-sine, z, scale(cosine, x)), join(sine, x, scale(cosine, z))
             product, omega = _spin(third_rate, y, product, omega)
         along = scale(get(constants, f.C_LENGTH, i, width), y)
-        _put3(work, s.SEG_ALONG, i, along, width)
-        _put3(work, s.OMEGA, i, omega, width)
+        _put3(work, f.SEG_ALONG, i, along, width)
+        _put3(work, f.OMEGA, i, omega, width)
         ahead = add(cross(product, along), cross(omega, cross(omega, along)))
-        share, mass = get(constants, s.C_SHARE, i, width), get(constants, f.C_MASS, i, width)
+        share, mass = get(constants, f.C_SHARE, i, width), get(constants, f.C_MASS, i, width)
         force = scale(-mass, join(share, ahead, carried))
         carried = add(carried, ahead)
         across, axial = (
-            get(constants, s.C_ACROSS, i, width),
-            get(constants, s.C_AXIAL, i, width),
+            get(constants, f.C_ACROSS, i, width),
+            get(constants, f.C_AXIAL, i, width),
         )
         turning = join(axial * dot(y, product), y, scale(across, product))
         spin = join(axial * dot(y, omega), y, scale(across, omega))
@@ -303,14 +302,14 @@ def move_in_space(constants, work, base, kind, timestep, width):
         own = join(share, cross(along, force), own)
         if len(flows):
             swept = cross(omega, along)
-            whole = get(constants, s.C_FLOW, i, width)
-            more = get(constants, s.C_FLOW + 1, i, width) * dot(y, stream)
+            whole = get(constants, f.C_FLOW, i, width)
+            more = get(constants, f.C_FLOW + 1, i, width) * dot(y, stream)
             lever = cross(along, join(2.0 / 3.0, swept, stream))
             own = join(-0.5 * whole, lever, own)
             force = join(-more, y, join(-whole, join(0.5, swept, stream), force))
             stream = add(stream, swept)
-        _put3(work, s.MOMENT, i, own, width)
-        _put3(work, s.FORCE, i, force, width)
+        _put3(work, f.MOMENT, i, own, width)
+        _put3(work, f.FORCE, i, force, width)
 
 
 @inlined
@@ -323,7 +322,7 @@ def _spin(rate, axis, product, omega):
 def _fold_hinge(work, i, p, drag, whole, width):
     """Take one hinge out of the articulated wrench (I: xx xy xz yy yz zz, H by rows, M, bias)."""
     inertia, mixed = whole[0], whole[1]
-    a = _get3(work, s.AXIS + 3 * p, i, width)
+    a = _get3(work, f.AXIS + 3 * p, i, width)
     ut = (
         fma(inertia[0], a[0], fma(inertia[1], a[1], inertia[2] * a[2])),
         fma(inertia[1], a[0], fma(inertia[3], a[1], inertia[4] * a[2])),
@@ -335,10 +334,10 @@ def _fold_hinge(work, i, p, drag, whole, width):
         fma(mixed[2], a[0], fma(mixed[5], a[1], mixed[8] * a[2])),
     )
     inverse = 1.0 / (dot(a, ut) + drag)
-    left = get(work, s.TORQUE + p, i, width) - dot(a, whole[3])
-    _put3(work, s.GAIN + 6 * p, i, scale(inverse, ut), width)
-    _put3(work, s.GAIN + 6 * p + 3, i, scale(inverse, uf), width)
-    put(work, s.LEFT + p, i, left * inverse, width)
+    left = get(work, f.TORQUE + p, i, width) - dot(a, whole[3])
+    _put3(work, f.GAIN + 6 * p, i, scale(inverse, ut), width)
+    _put3(work, f.GAIN + 6 * p + 3, i, scale(inverse, uf), width)
+    put(work, f.LEFT + p, i, left * inverse, width)
     return _take_out(whole, ut, uf, inverse, left)
 
 
@@ -346,7 +345,7 @@ def _fold_hinge(work, i, p, drag, whole, width):
 def _carry(constants, work, i, flows, timestep, whole, width):
     """The articulated wrench at the hinge before, with the segment's own inertia."""
     inertia, mixed, mass, turn, force = whole
-    r = _get3(work, s.SEG_ALONG, i, width)
+    r = _get3(work, f.SEG_ALONG, i, width)
     c0 = cross(r, (mass[0], mass[1], mass[2]))
     c1 = cross(r, (mass[1], mass[3], mass[4]))
     c2 = cross(r, (mass[2], mass[4], mass[5]))
@@ -359,10 +358,10 @@ def _carry(constants, work, i, flows, timestep, whole, width):
     h0 = cross(r, (mixed[0], mixed[1], mixed[2]))
     h1 = cross(r, (mixed[3], mixed[4], mixed[5]))
     h2 = cross(r, (mixed[6], mixed[7], mixed[8]))
-    own, excess = get(constants, s.C_HINGE, i, width), get(constants, s.C_EXCESS, i, width)
-    lever, own_mass = get(constants, s.C_LEVER, i, width), get(constants, f.C_MASS, i, width)
+    own, excess = get(constants, f.C_HINGE, i, width), get(constants, f.C_EXCESS, i, width)
+    lever, own_mass = get(constants, f.C_LEVER, i, width), get(constants, f.C_MASS, i, width)
     if len(flows):  # implicit drag is as a mass spread evenly, timestep times the drag
-        length, drag = get(constants, f.C_LENGTH, i, width), get(constants, s.C_FLOW, i, width)
+        length, drag = get(constants, f.C_LENGTH, i, width), get(constants, f.C_FLOW, i, width)
         drag = timestep * drag
         own, excess = own + drag * length * length / 3.0, excess - drag / 3.0
         lever, own_mass = lever + 0.5 * drag, own_mass + drag
@@ -397,7 +396,7 @@ def _carry(constants, work, i, flows, timestep, whole, width):
     if len(flows):
         length, more = (
             get(constants, f.C_LENGTH, i, width),
-            get(constants, s.C_FLOW + 1, i, width),
+            get(constants, f.C_FLOW + 1, i, width),
         )
         e = scale(timestep * more / (length * length), r)
         mass = (
@@ -408,8 +407,8 @@ def _carry(constants, work, i, flows, timestep, whole, width):
             fma(e[1], r[2], mass[4]),
             fma(e[2], r[2], mass[5]),
         )
-    turn = join(-1.0, _get3(work, s.MOMENT, i, width), add(turn, cross(r, force)))
-    return inertia, mixed, mass, turn, join(-1.0, _get3(work, s.FORCE, i, width), force)
+    turn = join(-1.0, _get3(work, f.MOMENT, i, width), add(turn, cross(r, force)))
+    return inertia, mixed, mass, turn, join(-1.0, _get3(work, f.FORCE, i, width), force)
 
 
 @inlined
@@ -428,8 +427,8 @@ def _get6(work, k, i, width):
 def _touch(work, i, whole, width):
     """Add what contacts put into the segment's columns."""
     inertia, mixed, mass, turn, force = whole
-    a, c = _get6(work, s.ADD, i, width), _get6(work, s.ADD + 15, i, width)
-    b, r = _get6(work, s.ADD + 6, i, width), _get3(work, s.ADD + 12, i, width)
+    a, c = _get6(work, f.ADD, i, width), _get6(work, f.ADD + 15, i, width)
+    b, r = _get6(work, f.ADD + 6, i, width), _get3(work, f.ADD + 12, i, width)
     inertia = (
         inertia[0] + a[0],
         inertia[1] + a[1],
@@ -457,8 +456,8 @@ def _touch(work, i, whole, width):
         mass[4] + c[4],
         mass[5] + c[5],
     )
-    turn = add(turn, _get3(work, s.BIAS, i, width))
-    return inertia, mixed, mass, turn, add(force, _get3(work, s.BIAS + 3, i, width))
+    turn = add(turn, _get3(work, f.BIAS, i, width))
+    return inertia, mixed, mass, turn, add(force, _get3(work, f.BIAS + 3, i, width))
 
 
 @nested
@@ -473,11 +472,11 @@ def fold_in_space(constants, work, base, loaded, kind, timestep, width):
         if loaded[i]:
             whole = _touch(work, i, whole, width)
         if len(planes) == 3:
-            drag = timestep * get(constants, s.C_DAMP + 2, i, width)
+            drag = timestep * get(constants, f.C_DAMP + 2, i, width)
             whole = _fold_hinge(work, i, 2, drag, whole, width)
-        drag = timestep * get(constants, s.C_DAMP + 1, i, width)
+        drag = timestep * get(constants, f.C_DAMP + 1, i, width)
         whole = _fold_hinge(work, i, 1, drag, whole, width)
-        drag = timestep * get(constants, s.C_DAMP, i, width)
+        drag = timestep * get(constants, f.C_DAMP, i, width)
         whole = _fold_hinge(work, i, 0, drag, whole, width)
     _fold_base(base, soft, timestep, whole, width)
 
@@ -490,20 +489,20 @@ def unfold_in_space(work, base, loaded, last, kind, width):
     for i in range(last + 1):
         for p in range(len(planes)):
             own = _accelerate(work, i, p, alpha, push, width)
-            alpha = join(own, _get3(work, s.AXIS + 3 * p, i, width), alpha)
+            alpha = join(own, _get3(work, f.AXIS + 3 * p, i, width), alpha)
         if loaded[i]:
-            _put3(work, s.ALPHA, i, alpha, width)
-            _put3(work, s.PUSH, i, push, width)
-        push = add(push, cross(alpha, _get3(work, s.SEG_ALONG, i, width)))
+            _put3(work, f.ALPHA, i, alpha, width)
+            _put3(work, f.PUSH, i, push, width)
+        push = add(push, cross(alpha, _get3(work, f.SEG_ALONG, i, width)))
 
 
 @nested
 def locate_in_space(work, base, last, width):
     """Places and velocities of hinges 0…``last`` in the world; only contact needs them."""
-    place, velocity = _get_base(base, s.ROOT, width), _get_base(base, s.ROOT_V, width)
+    place, velocity = _get_base(base, f.ROOT, width), _get_base(base, f.ROOT_V, width)
     for i in range(last + 1):
-        _put3(work, s.SEG_PLACE, i, place, width)
-        _put3(work, s.VELOCITY, i, velocity, width)
-        along = _get3(work, s.SEG_ALONG, i, width)
+        _put3(work, f.SEG_PLACE, i, place, width)
+        _put3(work, f.VELOCITY, i, velocity, width)
+        along = _get3(work, f.SEG_ALONG, i, width)
         place = add(place, along)
-        velocity = add(velocity, cross(_get3(work, s.OMEGA, i, width), along))
+        velocity = add(velocity, cross(_get3(work, f.OMEGA, i, width), along))

@@ -13,8 +13,7 @@ from feeler.physics.chain.contact import (
     recall,
     weigh,
 )
-from feeler.physics.chain.space import fields as s
-from feeler.physics.chain.space.sweep import fold_in_space, unfold_in_space
+from feeler.physics.chain.space_sweep import fold_in_space, unfold_in_space
 
 # Contacts of a segment with a box in space, as MuJoCo finds them: at the point of the segment
 # that is nearest to the box, and at a second one where it lies along a face or an edge.
@@ -172,32 +171,32 @@ def find_in_space(constants, work, obj, place, solid, hulls, table, count, lane)
     """Append one lane's contacts with a solid, base to tip; their number, or −1 if the table is too
     short.
     """
-    o, kind = int(solid[s.S_OBJECT]), int(solid[s.S_KIND])
+    o, kind = int(solid[f.S_OBJECT]), int(solid[f.S_KIND])
     grown = obj[o, f.O_ROUNDING, lane]
-    ax, ay, az = _to_world(place, o, solid, s.S_A, lane)
-    bx, by, bz = _to_world(place, o, solid, s.S_B, lane)
+    ax, ay, az = _to_world(place, o, solid, f.S_A, lane)
+    bx, by, bz = _to_world(place, o, solid, f.S_B, lane)
     hx, hy, hz = 0.5 * (bx - ax), 0.5 * (by - ay), 0.5 * (bz - az)
     mx, my, mz = 0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz)
     reach = np.sqrt(hx * hx + hy * hy + hz * hz) + grown
     for i in range(work.shape[1]):
         radius = constants[f.C_RADIUS, i, lane]
         ex, ey, ez = (
-            0.5 * work[s.SEG_ALONG, i, lane],
-            0.5 * work[s.SEG_ALONG + 1, i, lane],
-            0.5 * work[s.SEG_ALONG + 2, i, lane],
+            0.5 * work[f.SEG_ALONG, i, lane],
+            0.5 * work[f.SEG_ALONG + 1, i, lane],
+            0.5 * work[f.SEG_ALONG + 2, i, lane],
         )
         px, py, pz = (
-            work[s.SEG_PLACE, i, lane] + ex,
-            work[s.SEG_PLACE + 1, i, lane] + ey,
-            work[s.SEG_PLACE + 2, i, lane] + ez,
+            work[f.SEG_PLACE, i, lane] + ex,
+            work[f.SEG_PLACE + 1, i, lane] + ey,
+            work[f.SEG_PLACE + 2, i, lane] + ez,
         )
         half = 0.5 * constants[f.C_LENGTH, i, lane]
         dx, dy, dz = px - mx, py - my, pz - mz
-        if kind == s.SOLID_WALL:
+        if kind == f.SOLID_WALL:
             nx, ny, nz = (
-                place[s.OBJ_AXES, o, lane],
-                place[s.OBJ_AXES + 1, o, lane],
-                place[s.OBJ_AXES + 2, o, lane],
+                place[f.OBJ_AXES, o, lane],
+                place[f.OBJ_AXES + 1, o, lane],
+                place[f.OBJ_AXES + 2, o, lane],
             )
             if nx * dx + ny * dy + nz * dz > half + radius:
                 continue
@@ -206,28 +205,28 @@ def find_in_space(constants, work, obj, place, solid, hulls, table, count, lane)
         if count + 2 > table.shape[0]:
             return -1
         before = count
-        if kind == s.SOLID_WALL:
+        if kind == f.SOLID_WALL:
             for k in range(2):
                 side = 1.0 - 2.0 * k
                 x, y, z = dx + side * ex, dy + side * ey, dz + side * ez
                 gap = nx * x + ny * y + nz * z - radius
                 if gap <= 0.0:
                     deep = radius + 0.5 * gap
-                    table[count, s.HIT_POINT] = mx + x - nx * deep
-                    table[count, s.HIT_POINT + 1] = my + y - ny * deep
-                    table[count, s.HIT_POINT + 2] = mz + z - nz * deep
-                    table[count, s.HIT_NORMAL] = nx
-                    table[count, s.HIT_NORMAL + 1] = ny
-                    table[count, s.HIT_NORMAL + 2] = nz
-                    table[count, s.HIT_DISTANCE] = gap
+                    table[count, f.HIT_POINT] = mx + x - nx * deep
+                    table[count, f.HIT_POINT + 1] = my + y - ny * deep
+                    table[count, f.HIT_POINT + 2] = mz + z - nz * deep
+                    table[count, f.HIT_NORMAL] = nx
+                    table[count, f.HIT_NORMAL + 1] = ny
+                    table[count, f.HIT_NORMAL + 2] = nz
+                    table[count, f.HIT_DISTANCE] = gap
                     count += 1
-        elif kind == s.SOLID_BALL:
+        elif kind == f.SOLID_BALL:
             t = -(dx * ex + dy * ey + dz * ez) / (ex * ex + ey * ey + ez * ez)
             count = _touch(table, count, px, py, pz, ex, ey, ez, t, radius, mx, my, mz, grown)
-        elif kind == s.SOLID_BOX or kind == s.SOLID_HULL:
+        elif kind == f.SOLID_BOX or kind == f.SOLID_HULL:
             p = _to_frame(place, o, (px, py, pz), 1.0, lane)
             e = _to_frame(place, o, (ex, ey, ez), 0.0, lane)
-            if kind == s.SOLID_BOX:
+            if kind == f.SOLID_BOX:
                 count = _touch_box(table, count, p, e, radius, solid, grown)
             else:
                 count = _touch_hull(table, count, p, e, radius, solid, hulls, grown)
@@ -245,10 +244,10 @@ def find_in_space(constants, work, obj, place, solid, hulls, table, count, lane)
                 grown,
             )
         for k in range(before, count):
-            table[k, s.HIT_OBJECT], table[k, s.HIT_SEGMENT] = o, i
+            table[k, f.HIT_OBJECT], table[k, f.HIT_SEGMENT] = o, i
             for axis in range(3):  # only walls ask for a tangent, that of the segment
-                along = work[s.SEG_ALONG + axis, i, lane] / constants[f.C_LENGTH, i, lane]
-                table[k, s.HIT_TANGENT + axis] = along if kind == s.SOLID_WALL else 0.0
+                along = work[f.SEG_ALONG + axis, i, lane] / constants[f.C_LENGTH, i, lane]
+                table[k, f.HIT_TANGENT + axis] = along if kind == f.SOLID_WALL else 0.0
     return count
 
 
@@ -256,17 +255,17 @@ def find_in_space(constants, work, obj, place, solid, hulls, table, count, lane)
 def _to_world(place, o, solid, k, lane):
     """A point of an object's frame."""
     x, y, z = solid[k], solid[k + 1], solid[k + 2]
-    a = s.OBJ_AXES
+    a = f.OBJ_AXES
     return (
-        place[s.OBJ_PLACE, o, lane]
+        place[f.OBJ_PLACE, o, lane]
         + x * place[a, o, lane]
         + y * place[a + 3, o, lane]
         + z * place[a + 6, o, lane],
-        place[s.OBJ_PLACE + 1, o, lane]
+        place[f.OBJ_PLACE + 1, o, lane]
         + x * place[a + 1, o, lane]
         + y * place[a + 4, o, lane]
         + z * place[a + 7, o, lane],
-        place[s.OBJ_PLACE + 2, o, lane]
+        place[f.OBJ_PLACE + 2, o, lane]
         + x * place[a + 2, o, lane]
         + y * place[a + 5, o, lane]
         + z * place[a + 8, o, lane],
@@ -286,11 +285,11 @@ def _touch(table, count, px, py, pz, ex, ey, ez, t, radius, bx, by, bz, grown):
         x, y, z, apart = 1.0, 0.0, 0.0, 1.0  # as MuJoCo has it
     nx, ny, nz = x / apart, y / apart, z / apart
     deep = grown + 0.5 * gap
-    table[count, s.HIT_POINT] = bx + nx * deep
-    table[count, s.HIT_POINT + 1] = by + ny * deep
-    table[count, s.HIT_POINT + 2] = bz + nz * deep
-    table[count, s.HIT_NORMAL], table[count, s.HIT_NORMAL + 1] = nx, ny
-    table[count, s.HIT_NORMAL + 2], table[count, s.HIT_DISTANCE] = nz, gap
+    table[count, f.HIT_POINT] = bx + nx * deep
+    table[count, f.HIT_POINT + 1] = by + ny * deep
+    table[count, f.HIT_POINT + 2] = bz + nz * deep
+    table[count, f.HIT_NORMAL], table[count, f.HIT_NORMAL + 1] = nx, ny
+    table[count, f.HIT_NORMAL + 2], table[count, f.HIT_DISTANCE] = nz, gap
     return count + 1
 
 
@@ -332,11 +331,11 @@ def _touch_capsule(table, count, p, e, radius, m, h, grown):
 @inlined
 def _to_frame(place, o, v, shift, lane):
     """A place (``shift`` 1) or direction (0) in an object's frame."""
-    v = join3(-shift, _read_narrow(place, s.OBJ_PLACE, o, lane), v)
+    v = join3(-shift, _read_narrow(place, f.OBJ_PLACE, o, lane), v)
     return (
-        dot3(_read_narrow(place, s.OBJ_AXES, o, lane), v),
-        dot3(_read_narrow(place, s.OBJ_AXES + 3, o, lane), v),
-        dot3(_read_narrow(place, s.OBJ_AXES + 6, o, lane), v),
+        dot3(_read_narrow(place, f.OBJ_AXES, o, lane), v),
+        dot3(_read_narrow(place, f.OBJ_AXES + 3, o, lane), v),
+        dot3(_read_narrow(place, f.OBJ_AXES + 6, o, lane), v),
     )
 
 
@@ -348,13 +347,13 @@ def _read_narrow(table, k, o, lane):
 @inlined
 def _turn_contact(place, o, table, k, lane):
     """A contact of an object's frame in the world."""
-    for at, shift in ((s.HIT_POINT, 1.0), (s.HIT_NORMAL, 0.0)):
+    for at, shift in ((f.HIT_POINT, 1.0), (f.HIT_NORMAL, 0.0)):
         v = (0.0, 0.0, 0.0)
         for axis in range(3):
             v = join3(
-                table[k, at + axis], _read_narrow(place, s.OBJ_AXES + 3 * axis, o, lane), v
+                table[k, at + axis], _read_narrow(place, f.OBJ_AXES + 3 * axis, o, lane), v
             )
-        v = join3(shift, _read_narrow(place, s.OBJ_PLACE, o, lane), v)
+        v = join3(shift, _read_narrow(place, f.OBJ_PLACE, o, lane), v)
         table[k, at], table[k, at + 1], table[k, at + 2] = v
 
 
@@ -366,19 +365,19 @@ def _put(table, count, near, out, gap, radius, grown):
         return count
     point = join3(grown + 0.5 * distance, out, near)
     for axis in range(3):
-        table[count, s.HIT_POINT + axis], table[count, s.HIT_NORMAL + axis] = (
+        table[count, f.HIT_POINT + axis], table[count, f.HIT_NORMAL + axis] = (
             point[axis],
             out[axis],
         )
-    table[count, s.HIT_DISTANCE] = distance
+    table[count, f.HIT_DISTANCE] = distance
     return count + 1
 
 
 @inlined
 def _touch_box(table, count, p, e, radius, solid, grown):
     """Contacts of a segment (middle p, half e towards its far end) with a box: none, one or two."""
-    low = (solid[s.S_A], solid[s.S_A + 1], solid[s.S_A + 2])
-    high = (solid[s.S_B], solid[s.S_B + 1], solid[s.S_B + 2])
+    low = (solid[f.S_A], solid[f.S_A + 1], solid[f.S_A + 2])
+    high = (solid[f.S_B], solid[f.S_B + 1], solid[f.S_B + 2])
     size = join3(-0.5, low, (0.5 * high[0], 0.5 * high[1], 0.5 * high[2]))
     middle = join3(1.0, low, size)
     x, h = join3(-1.0, middle, p), (-e[0], -e[1], -e[2])
@@ -394,7 +393,7 @@ def _touch_box(table, count, p, e, radius, solid, grown):
 @inlined
 def _touch_hull(table, count, p, e, radius, solid, hulls, grown):
     """Contact of a segment with a polyhedron, where they are nearest or least deep."""
-    first, middle, stop = int(solid[s.S_FIRST]), int(solid[s.S_MIDDLE]), int(solid[s.S_STOP])
+    first, middle, stop = int(solid[f.S_FIRST]), int(solid[f.S_MIDDLE]), int(solid[f.S_STOP])
     along = (2.0 * e[0], 2.0 * e[1], 2.0 * e[2])
     start = join3(-1.0, e, p)
     gap, near, out = measure(hulls, first, middle, stop, start, along, radius + grown)
@@ -411,22 +410,22 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
     length.
     """
     for k in range(count):
-        o, i = int(table[k, s.HIT_OBJECT]), int(table[k, s.HIT_SEGMENT])
-        point = (table[k, s.HIT_POINT], table[k, s.HIT_POINT + 1], table[k, s.HIT_POINT + 2])
+        o, i = int(table[k, f.HIT_OBJECT]), int(table[k, f.HIT_SEGMENT])
+        point = (table[k, f.HIT_POINT], table[k, f.HIT_POINT + 1], table[k, f.HIT_POINT + 2])
         normal = (
-            table[k, s.HIT_NORMAL],
-            table[k, s.HIT_NORMAL + 1],
-            table[k, s.HIT_NORMAL + 2],
+            table[k, f.HIT_NORMAL],
+            table[k, f.HIT_NORMAL + 1],
+            table[k, f.HIT_NORMAL + 2],
         )
-        distance = table[k, s.HIT_DISTANCE]
-        r = join3(-1.0, _read(work, s.SEG_PLACE, i, lane), point)
-        along = _read(work, s.SEG_ALONG, i, lane)
-        table[k, s.HIT_SHARE] = dot3(r, along) / dot3(along, along)
-        arm = join3(-1.0, _read(place, s.OBJ_PLACE, o, lane), point)
-        moved = cross3(_read(place, s.OBJ_OMEGA, o, lane), arm)
-        moved = join3(1.0, moved, _read(place, s.OBJ_V, o, lane))  # the object's point
-        own = cross3(_read(work, s.OMEGA, i, lane), r)
-        slip = join3(-1.0, moved, join3(1.0, own, _read(work, s.VELOCITY, i, lane)))
+        distance = table[k, f.HIT_DISTANCE]
+        r = join3(-1.0, _read(work, f.SEG_PLACE, i, lane), point)
+        along = _read(work, f.SEG_ALONG, i, lane)
+        table[k, f.HIT_SHARE] = dot3(r, along) / dot3(along, along)
+        arm = join3(-1.0, _read(place, f.OBJ_PLACE, o, lane), point)
+        moved = cross3(_read(place, f.OBJ_OMEGA, o, lane), arm)
+        moved = join3(1.0, moved, _read(place, f.OBJ_V, o, lane))  # the object's point
+        own = cross3(_read(work, f.OMEGA, i, lane), r)
+        slip = join3(-1.0, moved, join3(1.0, own, _read(work, f.VELOCITY, i, lane)))
         slow = min(obj[o, f.O_SLOW, lane], constants[f.C_SLOW, i, lane])
         fast = min(obj[o, f.O_FAST, lane], constants[f.C_WIDEST, i, lane])
         wide = max(constants[f.C_WIDTH, i, lane], slow, fast)
@@ -434,13 +433,13 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
             distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane
         )
         thin = min(constants[f.C_RADIUS, i, lane], obj[o, f.O_RADIUS, lane])
-        base[0, s.BASE_SINK, lane] = max(base[0, s.BASE_SINK, lane], -distance / thin)
+        base[0, f.BASE_SINK, lane] = max(base[0, f.BASE_SINK, lane], -distance / thin)
         mu = obj[o, f.O_FRICTION, lane]
         ease = constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance
         straight, edge = weigh(mu, ease)
         pull = -constants[f.C_K, i, lane] * impedance * distance
         first, second = _find_tangents(normal, table, k)
-        for side in range(s.EDGES):
+        for side in range(f.EDGES):
             slide = mu if side % 2 == 0 else -mu
             across = first if side < 2 else second
             d = (
@@ -448,7 +447,7 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
                 normal[1] + slide * across[1],
                 normal[2] + slide * across[2],
             )
-            turn, row = cross3(r, d), s.EDGES * k + side
+            turn, row = cross3(r, d), f.EDGES * k + side
             rows[row, f.R_OBJECT], rows[row, f.R_SEGMENT] = o, i
             for axis in range(3):
                 rows[row, f.R_W0 + axis] = turn[axis]
@@ -465,7 +464,7 @@ def _find_tangents(n, table, k):
     """Two unit vectors at right angles to the normal: MuJoCo's ``mju_makeFrame``, of the tangent
     that the contact asks for, or of y or z.
     """
-    t = (table[k, s.HIT_TANGENT], table[k, s.HIT_TANGENT + 1], table[k, s.HIT_TANGENT + 2])
+    t = (table[k, f.HIT_TANGENT], table[k, f.HIT_TANGENT + 1], table[k, f.HIT_TANGENT + 2])
     if dot3(t, t) < 0.25:  # none: MuJoCo takes a long one to be meant
         t = (0.0, 1.0, 0.0) if -0.5 < n[1] < 0.5 else (0.0, 0.0, 1.0)
     lean = dot3(t, n)
@@ -491,17 +490,17 @@ def solve_in_space(
     for lane in range(count.shape[0]):
         open_[lane] = count[lane] > 0
         if open_[lane]:
-            recall(rows[lane], s.EDGES * count[lane], memory[lane], s.EDGES)
+            recall(rows[lane], f.EDGES * count[lane], memory[lane], f.EDGES)
             left += 1
     for sweep in range(MAX_NEWTON):
         for lane in range(count.shape[0]):
             if open_[lane]:
-                _load(work, rows[lane], s.EDGES * count[lane], loaded, lane)
+                _load(work, rows[lane], f.EDGES * count[lane], loaded, lane)
         fold_in_space(constants, work, base, loaded, kind, timestep, width)
         unfold_in_space(work, base, loaded, last, kind, width)
         for lane in range(count.shape[0]):
             if open_[lane]:
-                n_rows = s.EDGES * count[lane]
+                n_rows = f.EDGES * count[lane]
                 same = _evaluate(work, rows[lane], n_rows, lane)
                 improve(rows[lane], n_rows, sweep == 0 or same)
                 open_[lane] = not same
@@ -513,9 +512,9 @@ def solve_in_space(
 @inlined
 def clear_in_space(work, rows, n_rows, lane):
     """Empty the contact columns of the touched segments."""
-    for first in range(0, n_rows, s.EDGES):
+    for first in range(0, n_rows, f.EDGES):
         i = int(rows[first, f.R_SEGMENT])
-        for column in range(s.ADD, s.N_SPACE_WORK):
+        for column in range(f.ADD, f.N_SPACE_WORK):
             work[column, i, lane] = 0.0
 
 
@@ -527,7 +526,7 @@ def _load(work, rows, n_rows, loaded, lane):
         i = int(rows[r, f.R_SEGMENT])
         loaded[i] = True
         if rows[r, f.R_ACTIVE] > 0.0:
-            weight, at = rows[r, f.R_WEIGHT], s.ADD
+            weight, at = rows[r, f.R_WEIGHT], f.ADD
             for j in range(3):  # I: xx xy xz yy yz zz
                 for k in range(j, 3):
                     work[at, i, lane] += weight * rows[r, f.R_W0 + j] * rows[r, f.R_W0 + k]
@@ -542,7 +541,7 @@ def _load(work, rows, n_rows, loaded, lane):
                     at += 1
             pull = weight * rows[r, f.R_AIM]
             for j in range(6):
-                work[s.BIAS + j, i, lane] -= pull * rows[r, f.R_W0 + j]
+                work[f.BIAS + j, i, lane] -= pull * rows[r, f.R_W0 + j]
 
 
 @inlined
@@ -552,7 +551,7 @@ def _evaluate(work, rows, n_rows, lane):
     for r in range(n_rows):
         i, x = int(rows[r, f.R_SEGMENT]), 0.0
         for j in range(6):
-            x += rows[r, f.R_W0 + j] * work[s.ALPHA + j, i, lane]
+            x += rows[r, f.R_W0 + j] * work[f.ALPHA + j, i, lane]
         rows[r, f.R_NEW_X] = x
         short = rows[r, f.R_AIM] - x
         active = rows[r, f.R_ACTIVE] > 0.0
@@ -573,12 +572,12 @@ def press_in_space(constants, work, base, place, table, rows, n_rows, loaded, ti
             o, i = int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])
             loaded[i] = True
             for j in range(6):
-                work[s.BIAS + j, i, lane] -= force * rows[r, f.R_W0 + j]
+                work[f.BIAS + j, i, lane] -= force * rows[r, f.R_W0 + j]
             for j in range(3):
-                place[s.OBJ_FORCE + j, o, lane] += force * rows[r, f.R_W0 + 3 + j]
-            place[s.OBJ_WORK, o, lane] += timestep * force * rows[r, f.R_ARM]
-            share = min(max(table[r // s.EDGES, s.HIT_SHARE], 0.0), 1.0)
-            base[0, s.BASE_PRESS, lane] += force
-            base[0, s.BASE_SPOT, lane] += force * (
+                place[f.OBJ_FORCE + j, o, lane] += force * rows[r, f.R_W0 + 3 + j]
+            place[f.OBJ_WORK, o, lane] += timestep * force * rows[r, f.R_ARM]
+            share = min(max(table[r // f.EDGES, f.HIT_SHARE], 0.0), 1.0)
+            base[0, f.BASE_PRESS, lane] += force
+            base[0, f.BASE_SPOT, lane] += force * (
                 constants[f.C_START, i, lane] + share * constants[f.C_PORTION, i, lane]
             )
