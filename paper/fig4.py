@@ -12,6 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.analysis.dispersion import student_mean
+from feeler.decoding import make_labels
 from feeler.encoding import (
     ConvolutiveNMF,
     compute_basis_similarity,
@@ -28,7 +29,7 @@ from feeler.plotting import plot_bases
 from feeler.plotting.style import BASIS_COLOURS, mark_panels
 from feeler.plotting.tensors import plot_tensor
 from feeler.report import Section, make_spread
-from feeler.tensors import in_unit, rectify
+from feeler.tensors import in_unit, measure_peak, rectify
 from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, load_tensors
@@ -92,11 +93,14 @@ def compute(context: Context) -> SimpleNamespace:
         shifts, (rank,). ``encoders`` by rank.
         ``starts``: the bases of every start (:func:`.compute_map`).
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time).
-        ``sampling``: time between samples [ms]. ``effort``: what this scale
-        asks of fits.
+        ``data``: what the fits were given (trial, sensor, time), as shares of ``peak`` [rad].
+        ``sampling``: time between samples [ms]. ``effort``: what this scale asks of fits.
     """
-    effort, tensors = context.effort, load_tensors(context, list_profiles(context)[0])
-    data, ranks, done = prepare(tensors), effort.ranks, effort.finished
+    effort, sets = context.effort, [load_tensors(context, p) for p in list_profiles(context)]
+    # as Fig. 5 compares speeds, so that one fit serves both: slowest first, on one scale
+    tensors = sets[0].isel(trial=np.lexsort((make_labels(sets[0]), sets[0]["speed"].values)))
+    ranks, done, peak = effort.ranks, effort.finished, measure_peak(*map(prepare, sets))
+    data = prepare(tensors) / peak
     encoders = {
         m: effort.make_encoder(
             n_components=m,
@@ -138,7 +142,9 @@ def compute(context: Context) -> SimpleNamespace:
             [compute_stability(list(e.restart_components_[:done])) for e in encoders.values()]
         ),
         encoders=encoders,
-        examples=_pick_examples(tensors, main.transform(data, code="sparse")),
+        data=data,
+        peak=peak,
+        examples=_pick_examples(tensors, peak * main.transform(data, code="sparse")),
         starts=starts,
         sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
         effort=effort,

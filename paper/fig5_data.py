@@ -146,11 +146,15 @@ def compute(context: Context) -> SimpleNamespace:
         comparison: disperse_null(data.groups[comparison], curves.fits, context.seed)
         for comparison, curves in data.curves.items()
     }
-    rows = _list_accuracies(data.curves, speeds, plan)
+    starts = {
+        comparison: next(iter(groups.values())).encoder.n_restarts
+        for comparison, groups in data.groups.items()
+    }
+    rows = _list_accuracies(data.curves, speeds, plan, starts)
     for comparison, kinds in data.dispersions.items():
         shown = {_KINDS[kind]: found for kind, found in kinds.items() if kind in _KINDS}
         for kind, found in {**shown, "null": nulls[comparison]}.items():
-            n = {"activation": plan.n_restarts, "null": plan.null_restarts}.get(kind)
+            n = {"activation": starts[comparison], "null": plan.null_restarts}.get(kind)
             rows |= list_dispersion(found, f"dispersion.{kind}", n, speeds)
     return SimpleNamespace(**vars(data), rows=rows, nulls=nulls, speeds=speeds, plan=plan)
 
@@ -171,17 +175,20 @@ def list_dispersion(
 
 
 def _list_accuracies(
-    by_comparison: Mapping[str, Curves], speeds: Mapping[str, str], plan: Plan
+    by_comparison: Mapping[str, Curves],
+    speeds: Mapping[str, str],
+    plan: Plan,
+    starts: Mapping[str, int],
 ) -> dict[str, Any]:
     """Accuracy of every group and of its null, and the variance kept of the first group's codes,
-    with the ends of its repeats.
+    with the ends of its repeats; ``starts``: how many a fit has, by comparison.
     """
     rows: dict[str, Any] = {}
-    for curves in by_comparison.values():
+    for comparison, curves in by_comparison.items():
         for group, sweep in curves.find("joint").items():
             name, null = speeds.get(group, group), curves.find_null("joint", group=group)
             assert null is not None  # compute_curves makes one for every group
-            rows[f"classification.lda.{name}"] = spread_accuracy(sweep, plan.n_restarts)
+            rows[f"classification.lda.{name}"] = spread_accuracy(sweep, starts[comparison])
             rows[f"classification.null.{name}"] = spread_accuracy(null, plan.null_restarts)
     first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
     kinds = {"clean codes": first.kept_clean, "noisy copies": first.kept_noisy}
@@ -189,7 +196,7 @@ def _list_accuracies(
         if (kept := every[np.isclose(first.ratios, ratio)]).size:
             ends = np.nanmean(kept), np.nanmin(kept), np.nanmax(kept)
             rows[f"classification.pca.{kind} at {100 * ratio:g} % noise"] = make_spread(
-                *ends, n=plan.n_restarts
+                *ends, n=next(iter(starts.values()))
             )
     return rows
 

@@ -235,8 +235,8 @@ def compute_durations(context: Context) -> SimpleNamespace | None:
     effort = context.effort
     if not effort.durations:
         return None
-    tensors, fitted = load_tensors(context, list_profiles(context)[0]), fit_ranks(context)
-    data, known = prepare(tensors), fitted.encoders.get(3)
+    fitted = fit_ranks(context)
+    data, known = fitted.data, fitted.encoders.get(3)
     encoders = {}
     for n_lags in effort.durations:
         if known is not None and known.n_lags == n_lags:

@@ -405,8 +405,13 @@ def _share_draws(
 
     Starts of a fit stand best first. Where all groups are read from one fit (speeds), a draw is one
     of its starts; otherwise one start for each group, or of the choice ``best of all starts`` the
-    best of as many as there are, drawn with replacement.
+    best of as many as there are, drawn with replacement. As in :func:`agree` the groups between the
+    ends of an order may overlap their neighbours, as long as the medians of all are in order.
     """
+    ordered = (np.diff([np.median(found) for found in starts]) > 0).all()
+    if sentence.kind == "order" and ordered:
+        ends = sentence.groups[0], sentence.groups[-1]
+        sentence, starts = sentence.replace(groups=ends), [starts[0], starts[-1]]
     weights, fit = [], chosen.get("fit")
     for n in map(len, starts):
         left = ((n - np.arange(n + 1)) / n) ** n

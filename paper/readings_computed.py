@@ -382,11 +382,12 @@ def _classify(
     main: bool = False,
 ) -> Iterator[Reading]:
     """Both tests of one pipeline: each start's accuracy, and that of identical touches; of the
-    ``main`` one with the paper's repeats.
+    ``main`` one with the paper's repeats and of every start.
     """
     plan = context.effort.plan
     n_repeats = plan.n_repeats if main else plan.control_repeats or plan.n_repeats
     n_starts = min(len(starts) for starts in real.values())
+    n_starts = n_starts if main else min(n_starts, plan.n_restarts)
     sets = [{name: starts[k] for name, starts in real.items()} for k in range(n_starts)]
     if chosen["components"] == "noisy copies":
         sets = sets[:1]
@@ -513,7 +514,7 @@ def _compute_variance(
         base = {"code": code, "constraint": constraint}
         starts = codes.real[code]
         n_starts = min(len(found) for found in starts.values())
-        sets = [{name: found[k] for name, found in starts.items()} for k in range(n_starts)]
+        every = [{name: found[k] for name, found in starts.items()} for k in range(n_starts)]
         for components, variance, noise in product(
             ("all clean", "group's clean", "noisy copies"),
             ("clean", "noisy copies"),
@@ -524,6 +525,9 @@ def _compute_variance(
                 chosen["noise"] = f"{100 * noise:g} %"
             elif noise > 0.1:
                 continue
+            sets = (
+                every if sentence.is_main(chosen) else every[: context.effort.plan.n_restarts]
+            )
             kept = [_keep_variance(one, components, variance, noise) for one in sets]
             ends = (min(kept), max(kept)) if len(kept) > 1 else (np.nan, np.nan)
             same = _keep_variance(codes.null[code], components, variance, noise)

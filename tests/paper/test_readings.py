@@ -194,6 +194,20 @@ def test_a_single_start_is_drawn_evenly_and_the_best_of_all_by_its_chance():
     assert best == pytest.approx(1 / 4)  # the second start alone, twice out of two
 
 
+def test_groups_within_an_order_of_fits_may_overlap_as_long_as_medians_are_in_order():
+    sentence = make_sentence("order", ("fast", "medium", "slow"), least=0.05)
+    fast, slow = np.array([0.40, 0.45, 0.42]), np.array([0.90, 0.95, 0.92])
+
+    def find(medium, slow=slow):
+        starts = {"fast": fast, "medium": np.array(medium), "slow": slow}
+        return make_rows(sentence, [({"code": "x", "angle": "30"}, starts, {})])[0]
+
+    assert find([0.45, 0.44, 0.48])["agrees"] == 1  # below fast in the second start
+    assert np.isnan(find([0.41, 0.50, 0.41])["agrees"])  # its median is not
+    assert find([0.30, 0.31, 0.29])["agrees"] == 0  # in none of them
+    assert find([0.45, 0.44, 0.48], 0.5 - slow)["agrees"] == 0
+
+
 def test_identical_touches_that_show_the_effect_are_named_and_the_main_reading_decides():
     sentence = load_sentences()[[one.id for one in load_sentences()].index("lda-speed")]
     fast, medium, slow = (

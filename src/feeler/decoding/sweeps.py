@@ -190,7 +190,7 @@ class Plan(Record):
     before_all : bool
         Noise before encoding for all groups and noises, or for one of each.
     n_restarts : int
-        Restarts of an encoder's fit.
+        Restarts of an encoder's fit to the touches of one profile.
     null_restarts : int
         Restarts of the joint fits of identical touches and of twins.
     null_iter : int
