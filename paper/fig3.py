@@ -33,6 +33,7 @@ from feeler.wall import (
     drive,
     make_postures,
     map_distance,
+    range_r2,
     slide,
 )
 from feeler.wall.distance import SETUP_CHOICES
@@ -79,7 +80,8 @@ def compute(context: Context) -> SimpleNamespace:
     SimpleNamespace
         ``rows``. ``family``: R² over the family of set-ups (:class:`Family`), or None. By profile:
         ``main_sweeps``, the quasi-static approach in the configuration nearest to the
-        paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
+        paper's words, ``main_maps`` from position to distance, and ``main_r2``, the ends of their
+        R² where the wall comes in other steps; ``sweeps`` and ``maps``, the
         same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
         ``drives``, a wall that comes nearer
         without stopping; ``far_slides``, a wall past the first profiles at every distance.
@@ -110,6 +112,10 @@ def compute(context: Context) -> SimpleNamespace:
         name: keep("wall", slide, antennas[name], lead, DISTANCES, **options)
         for name in list(antennas)[: effort.far_slides]
     }
+    main_r2 = {
+        name: keep("wall", range_r2, antenna, main, DISTANCES, **measure)
+        for name, antenna in antennas.items()
+    }
     rows = {}
     if far_slides:
         plain = keep("wall", slide, first, Posture(), DISTANCES, **options)
@@ -122,6 +128,7 @@ def compute(context: Context) -> SimpleNamespace:
         rows=rows,
         family=family,
         main_sweeps=mains,
+        main_r2=main_r2,
         main_maps={name: map_distance(sweep, **measure) for name, sweep in mains.items()},
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
@@ -200,7 +207,11 @@ def show(data: SimpleNamespace, section: Section) -> None:
         f" family declared beforehand ({describe_posture(get_lead())}) in which all three profiles"
         " have a map, at rest and while the body runs, whatever their R². In the default of this"
         f" software ({describe_posture(Posture())}) the peak of some profiles stays at one place"
-        " and gives no map. Every R² is one of many: readings of the whole family decide."
+        " and gives no map. Every R² is one of many: readings of the whole family decide. With"
+        " friction an antenna rests where it sticks, which depends on how the wall came: in steps"
+        " of 0.1 to 1 mm, R² of the configuration nearest to the words is "
+        + ", ".join(f"{low:.2f} to {high:.2f} ({k})" for k, (low, high) in data.main_r2.items())
+        + "."
     )
     section.figure(
         "fig3_wall",

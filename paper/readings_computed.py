@@ -42,7 +42,8 @@ _N_COMPONENTS = 30  # [P]
 
 
 def _compute_wall(sentence: Sentence, context: Context, section: Section) -> Iterator[Reading]:
-    family = fig3.compute(context).family
+    found = fig3.compute(context)
+    family, ends = found.family, found.main_r2
     if family is None or len(family.names) < 2:
         return
     numbers = family.offset if sentence.measure == "wall offset" else family.r2
@@ -55,7 +56,10 @@ def _compute_wall(sentence: Sentence, context: Context, section: Section) -> Ite
             "tip": f"{named['tip_heading']:g}",
             "measure": f"{named['quantity']} {named['method']}",
         }
-        yield chosen, dict(zip(family.names, map(float, values), strict=True)), {}
+        by_name: dict[str, Any] = dict(zip(family.names, map(float, values), strict=True))
+        if sentence.is_main(chosen) and numbers is family.r2:
+            by_name = {name: (value, *ends[name], 4) for name, value in by_name.items()}
+        yield chosen, by_name, {}
 
 
 # Encoding: residual and entropy by the number of bases; entropy of the bases by profile.

@@ -11,7 +11,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock
 from feeler.presets import cockroach
-from feeler.wall import Posture, approach
+from feeler.wall import Posture, approach, map_distance, range_r2
 from feeler.wall.approach import make_wall_scene
 
 FEW = (22.0, 16.0, 10.0, 6.0)
@@ -256,3 +256,14 @@ def test_the_contact_is_where_the_moments_of_the_hinges_say(uniform, distance):
 def test_without_contact_there_is_no_place_of_it(uniform):
     sweep = approach(uniform, Posture(), [39.0, 15.0])
     assert np.isnan(sweep.contact_position).tolist() == [True, False]
+
+
+def test_r2_depends_on_the_steps_of_the_wall_with_friction_alone():
+    antenna, distances = cockroach("linear"), np.linspace(25.0, 10.0, 6)
+    posture = Posture(hook_share=1.0, tip_heading=150.0, friction=0.0)
+    low, high = range_r2(antenna, posture, distances)
+    assert low == pytest.approx(high, abs=1e-3)
+    rough = posture.replace(friction=0.6)
+    low, high = range_r2(antenna, rough, distances)
+    assert high - low > 0.02
+    assert low <= map_distance(approach(antenna, rough, distances)).r2 <= high

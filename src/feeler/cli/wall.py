@@ -66,7 +66,7 @@ def wall(
     curvature.
     """
     from feeler.cli.choose import choose_planar, name_antennas
-    from feeler.wall import Posture, approach, map_distance
+    from feeler.wall import Posture, approach, map_distance, range_r2
     from feeler.wall.following import measure_scale
 
     if near is not None and far is not None and not near <= far:
@@ -92,6 +92,17 @@ def wall(
     words = _describe_posture(posture)
     plain = {name: _make_plain(sweeps[name], found) for name, found in maps.items()}
     plain["posture"] = posture.to_plain()
+    if friction:
+        shown = []
+        for name in (name for name, found in maps.items() if not found.undefined):
+            low, high = range_r2(chosen[name], posture, sweeps[name].distance)
+            plain[name]["r2_range"] = low, high
+            shown.append(f"{low:.2f} to {high:.2f} ({name})")
+        if shown:
+            words += (
+                "\n  with friction R² depends on the steps in which the wall comes; in steps of 0.1"
+                f" to 1 mm: {', '.join(shown)}"
+            )
     say(as_json, plain, [*_describe(sweeps, maps), words])
     if out is not None:
         _save(out, sweeps, maps, words, movie)

@@ -24,6 +24,7 @@ from feeler.wall.distance import (
     make_postures,
     map_distance,
     predict_peak,
+    range_r2,
     summarise,
 )
 from feeler.wall.following import (
@@ -62,6 +63,7 @@ __all__ = [
     "make_turn",
     "map_distance",
     "predict_peak",
+    "range_r2",
     "slide",
     "summarise",
 ]

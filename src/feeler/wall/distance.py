@@ -247,6 +247,34 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     return replace(found, bending=explain_bending(sweep.antenna))
 
 
+_SUBSTEPS = (1.0, 0.5, 0.25, 0.1)  # mm [C]; steps in which the wall comes
+
+
+@checked
+def range_r2(
+    antenna: Antenna,
+    posture: Posture,
+    distances: Sequence[float] | np.ndarray = DISTANCES,
+    **options: Any,
+) -> tuple[float, float]:
+    """Least and greatest R² where the wall comes in steps of 0.1, 0.25, 0.5 or 1 mm.
+
+    With friction an antenna rests where it sticks, which depends on how the wall came: there is no
+    one equilibrium, and smaller steps do not lead to one. Without friction both are nearly equal.
+
+    Returns
+    -------
+    tuple[float, float]
+        NaN where some R² is undefined. Arguments are those of :func:`feeler.wall.approach` and
+        :func:`map_distance`.
+    """
+    found = [
+        map_distance(approach(antenna, posture, distances, substep=step), **options).r2
+        for step in _SUBSTEPS
+    ]
+    return float(np.min(found)), float(np.max(found))
+
+
 def _list_standing(sweep: Approach) -> np.ndarray:
     """At which distances (step,) the antenna stands against the wall as its posture asks, in
     equilibrium.
