@@ -258,6 +258,7 @@ def test_without_contact_there_is_no_place_of_it(uniform):
     assert np.isnan(sweep.contact_position).tolist() == [True, False]
 
 
+@pytest.mark.long
 def test_r2_depends_on_the_steps_of_the_wall_with_friction_alone():
     antenna, distances = cockroach("linear"), np.linspace(25.0, 10.0, 6)
     posture = Posture(hook_share=1.0, tip_heading=150.0, friction=0.0)
