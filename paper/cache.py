@@ -29,7 +29,7 @@ from paper.context import KEYED, Context, View
 USED = "used"
 """Name of a section's file that lists which results it used."""
 SOURCES = "sources.csv"
-RESULTS = 4
+RESULTS = 3
 """Raised by hand when a cached function gives other numbers and the physics stays."""
 _NEVER_MATTER = ("workers", "known")  # arguments that change no number
 _used: list[dict[str, Any]] = []  # of the section that this process makes
