@@ -269,7 +269,7 @@ def show(data: SimpleNamespace, section: Section) -> None:
     )
     tabulate_bases(section, data.starts)
     section.text(
-        f"Effort at this scale: {effort.restarts} random starts by rank"
+        f"Effort at this scale: {effort.restarts} random starts by rank and by profile"
         + (
             f" (of M ≠ {MAIN_RANK} the best {effort.finished} after a third of the iterations go"
             " on)"
@@ -277,7 +277,7 @@ def show(data: SimpleNamespace, section: Section) -> None:
             else ""
         )
         + f", {effort.side_restarts} by"
-        f" duration, {effort.plan.n_restarts} by profile, at most {effort.max_iter} iterations,"
+        f" duration, at most {effort.max_iter} iterations,"
         f" stopping when one gains less than {effort.tol:g}."
     )
 

@@ -146,15 +146,12 @@ def compute(context: Context) -> SimpleNamespace:
         comparison: disperse_null(data.groups[comparison], curves.fits, context.seed)
         for comparison, curves in data.curves.items()
     }
-    starts = {
-        comparison: next(iter(groups.values())).encoder.n_restarts
-        for comparison, groups in data.groups.items()
-    }
+    starts = context.effort.restarts
     rows = _list_accuracies(data.curves, speeds, plan, starts)
     for comparison, kinds in data.dispersions.items():
         shown = {_KINDS[kind]: found for kind, found in kinds.items() if kind in _KINDS}
         for kind, found in {**shown, "null": nulls[comparison]}.items():
-            n = {"activation": starts[comparison], "null": plan.null_restarts}.get(kind)
+            n = {"activation": starts, "null": plan.null_restarts}.get(kind)
             rows |= list_dispersion(found, f"dispersion.{kind}", n, speeds)
     return SimpleNamespace(**vars(data), rows=rows, nulls=nulls, speeds=speeds, plan=plan)
 
@@ -178,17 +175,17 @@ def _list_accuracies(
     by_comparison: Mapping[str, Curves],
     speeds: Mapping[str, str],
     plan: Plan,
-    starts: Mapping[str, int],
+    starts: int,
 ) -> dict[str, Any]:
     """Accuracy of every group and of its null, and the variance kept of the first group's codes,
-    with the ends of its repeats; ``starts``: how many a fit has, by comparison.
+    with the ends of its repeats; ``starts``: how many a fit has.
     """
     rows: dict[str, Any] = {}
-    for comparison, curves in by_comparison.items():
+    for curves in by_comparison.values():
         for group, sweep in curves.find("joint").items():
             name, null = speeds.get(group, group), curves.find_null("joint", group=group)
             assert null is not None  # compute_curves makes one for every group
-            rows[f"classification.lda.{name}"] = spread_accuracy(sweep, starts[comparison])
+            rows[f"classification.lda.{name}"] = spread_accuracy(sweep, starts)
             rows[f"classification.null.{name}"] = spread_accuracy(null, plan.null_restarts)
     first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
     kinds = {"clean codes": first.kept_clean, "noisy copies": first.kept_noisy}
@@ -196,7 +193,7 @@ def _list_accuracies(
         if (kept := every[np.isclose(first.ratios, ratio)]).size:
             ends = np.nanmean(kept), np.nanmin(kept), np.nanmax(kept)
             rows[f"classification.pca.{kind} at {100 * ratio:g} % noise"] = make_spread(
-                *ends, n=next(iter(starts.values()))
+                *ends, n=starts
             )
     return rows
 
@@ -650,7 +647,8 @@ def compute_codes(context: Context) -> Any:
         return None
     arrays, labels = complete_arrays({name: load_complete(context, name) for name in names})
     encoder, seed = context.effort.make_encoder(), context.seed
-    settings = {"n_restarts": plan.n_restarts, "random_state": seed}
+    n_starts = context.effort.control_restarts
+    settings = {"n_restarts": n_starts, "random_state": seed}
     groups = {}
     for name, array in arrays.items():
         fitted = configure(encoder, settings)
@@ -668,7 +666,7 @@ def compute_codes(context: Context) -> Any:
         "null": disperse_null(groups, curves.fits, seed),
     }
     rows: dict[str, Any] = {}
-    for part, starts in zip(_PARTS, (plan.n_restarts, plan.null_restarts), strict=True):
+    for part, starts in zip(_PARTS, (n_starts, plan.null_restarts), strict=True):
         for index, name in product(INDICES, names):
             one, prefix = dispersion[part].average[index][name], f"dispersion.{part}.{index}"
             rows[f"{prefix}.{WINDOWS[0]}.{name}"] = known.get(f"{prefix}.{name}")
@@ -678,7 +676,7 @@ def compute_codes(context: Context) -> Any:
     for name, sweep in curves.find("joint").items():
         null, reading = curves.find_null("joint", group=name), f"{WINDOWS[1]}, {JOINT_CODES}"
         assert null is not None  # compute_curves makes one for every group
-        rows[f"lda.{reading}.{name}"] = spread_accuracy(sweep, plan.n_restarts)
+        rows[f"lda.{reading}.{name}"] = spread_accuracy(sweep, n_starts)
         rows[f"lda.null.{reading}.{name}"] = spread_accuracy(null, plan.null_restarts)
     return SimpleNamespace(rows=rows, groups=groups, dispersion=dispersion, curves=curves)
 

@@ -116,9 +116,7 @@ def fit_profiles(
     for name, dataset in tensors.items():
         order = np.argsort(make_labels(dataset), kind="stable")
         slow = np.abs(dataset["speed"].values[order] - min(common)) < 1e-6
-        encoder = effort.make_encoder(
-            n_restarts=effort.plan.n_restarts, random_state=random_state
-        )
+        encoder = effort.make_encoder(random_state=random_state)
         encoders[name] = encoder.fit(prepare(dataset.isel(trial=order[slow])) / peak)
     entropy = {
         definition: {

@@ -391,7 +391,7 @@ def _classify(
     plan = context.effort.plan
     n_repeats = plan.n_repeats if main else plan.control_repeats or plan.n_repeats
     n_starts = min(len(starts) for starts in real.values())
-    n_starts = n_starts if main else min(n_starts, plan.n_restarts)
+    n_starts = n_starts if main else min(n_starts, context.effort.control_restarts)
     sets = [{name: starts[k] for name, starts in real.items()} for k in range(n_starts)]
     if chosen["components"] == "noisy copies":
         sets = sets[:1]
@@ -530,7 +530,7 @@ def _compute_variance(
             elif noise > 0.1:
                 continue
             sets = (
-                every if sentence.is_main(chosen) else every[: context.effort.plan.n_restarts]
+                every if sentence.is_main(chosen) else every[: context.effort.control_restarts]
             )
             kept = [_keep_variance(one, components, variance, noise) for one in sets]
             ends = (min(kept), max(kept)) if len(kept) > 1 else (np.nan, np.nan)

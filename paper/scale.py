@@ -61,6 +61,9 @@ class Scale(Record):
     side_restarts : int
         Restarts of other durations (Fig. S5) and of the fits of other readings, for which the paper
         states none [C].
+    control_restarts : int
+        Restarts of fits to complete touches; of other readings than the main one as many starts are
+        read.
     warn : bool
         Whether a fit that stops early says so; below paper scale it does so on purpose.
     sweep : Mapping[str, Any]
@@ -132,6 +135,7 @@ class Scale(Record):
     restarts: _Count = 10  # [P] Fig. 4B
     finished: _Count | None = None
     side_restarts: _Count = 2
+    control_restarts: _Count = 3
     max_iter: _Count = 60
     tol: Annotated[float, Gt(0)] = 3e-4
     warn: bool = True
@@ -316,6 +320,7 @@ QUICK = Scale(
     durations=(10, 40, 60),
     restarts=1,
     side_restarts=1,
+    control_restarts=1,
     max_iter=20,
     tol=1e-3,
     warn=False,
@@ -325,7 +330,6 @@ QUICK = Scale(
         "n_copies": 5,
         "other_copies": (),
         "before_repeats": 0,
-        "n_restarts": 1,
         "null_restarts": 1,
         "null_iter": 20,
         "twins": "ends",
@@ -361,7 +365,6 @@ _SMOKE = QUICK.replace(
         "n_copies": 3,
         "other_copies": (),
         "before_repeats": 0,
-        "n_restarts": 1,
         "null_restarts": 1,
         "null_iter": 5,
         "twins": "none",

@@ -67,7 +67,6 @@ _QUICK: dict[str, Any] = {
     "n_copies": 5,
     "other_copies": (),
     "before_repeats": 0,
-    "n_restarts": 1,
     "null_restarts": 1,
     "twins": "ends",
 }
@@ -88,7 +87,7 @@ EFFORTS.register(
         encoder={"n_restarts": 1, "max_iter": 20, "tol": 1e-3, "warn": False},
     ),
 )
-_ENCODER = {"n_restarts": 10, "max_iter": 60, "tol": 3e-4}
+_ENCODER = {"n_restarts": 3, "max_iter": 60, "tol": 3e-4}
 EFFORTS.register(
     "published",
     Effort(
@@ -205,9 +204,7 @@ def compare_antennas(
     listed = list_groups(tensors, reference=next(iter(tensors)))["profile"]
     groups, entropy = {}, {}
     for name, (array, labels) in listed.items():
-        fitted = encoder.__class__(**encoder.get_params()).set_params(
-            n_restarts=plan.n_restarts
-        )
+        fitted = encoder.__class__(**encoder.get_params())
         codes = make_codes(array, fitted, COMPARED_CODES)
         groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
         entropy[name] = float(

@@ -508,11 +508,10 @@ def group_tensors(
     reference: str = "exponential",
     random_state: Seed = 0,
 ) -> dict[str, dict[str, Group]]:
-    """Both comparisons of ``list_groups``, encoded, with a null of jointly fitted codes: by speed
-    of one fit of them all, with as many restarts as the encoder has; by profile of one fit each,
-    with the plan's.
+    """Both comparisons of ``list_groups``, encoded, with a null of jointly fitted codes; by speed
+    of one fit of them all, by profile of one fit each.
     """
-    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    settings = {"random_state": random_state}
     listed = list_groups(tensors, quantity=quantity, reference=reference)
     groups: dict[str, dict[str, Group]] = {}
     nulls: dict[
@@ -525,7 +524,7 @@ def group_tensors(
         return nulls[key]
 
     if "speed" in listed:
-        fitted = configure(encoder, {"random_state": random_state})
+        fitted = configure(encoder, settings)
         ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
         codes = make_codes(
             np.concatenate([array for array, _ in listed["speed"].values()]), fitted

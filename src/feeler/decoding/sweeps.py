@@ -189,8 +189,6 @@ class Plan(Record):
         0 leaves noise before encoding out.
     before_all : bool
         Noise before encoding for all groups and noises, or for one of each.
-    n_restarts : int
-        Restarts of an encoder's fit to the touches of one profile.
     null_restarts : int
         Restarts of the joint fits of identical touches and of twins.
     null_iter : int
@@ -209,7 +207,6 @@ class Plan(Record):
     before_copies: Count = 10
     before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
-    n_restarts: Count = 3
     null_restarts: Count = 3
     null_iter: Count = 100
     twins: Literal["all", "ends", "none"] = "all"
