@@ -295,7 +295,7 @@ def _draw(
         section.turnable(
             "turnable",
             "The touch as it goes on: drag the picture, or use the arrow keys, to turn it. Colours:"
-            f" curvature, from none to {scene['top']:.3g} /mm, as in the tensor above.",
+            f" curvature of all hinges, from none to {scene['top']:.3g} /mm, by square root.",
             scene,
         )
 

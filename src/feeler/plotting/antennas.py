@@ -83,14 +83,19 @@ def say_clock(time: float, slower: float = SLOWER) -> str:
 
 @checked
 def write_movie(
-    path: Path, figure: Figure, draw_frame: _DrawFrame, n_frames: int, fps: int = FPS
+    path: Path,
+    figure: Figure,
+    draw_frame: _DrawFrame,
+    n_frames: int,
+    fps: int = FPS,
+    still: int | None = None,
 ) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
     Where ``draw_frame`` returns the artists it changed, only these are redrawn on the unchanging
-    rest, which is many times faster. The file appears under its name only when it is whole; a frame
-    at two thirds of it stands beside it as a still, ``.jpg``, for paper and for those who want no
-    moving pictures.
+    rest, which is many times faster. The file appears under its name only when it is whole; the frame
+    ``still``, by default at two thirds of it, stands beside it as a picture, ``.jpg``, for paper
+    and for those who want no moving pictures.
 
     Raises
     ------
@@ -134,7 +139,7 @@ def write_movie(
                     np.asarray(canvas.buffer_rgba())[: size[1], : size[0]]
                 )
                 writer.send(frame)
-                if k == _STILL * n_frames // 100:
+                if k == (_STILL * n_frames // 100 if still is None else still):
                     Image.fromarray(frame).convert("RGB").save(
                         path.with_suffix(".jpg"), quality=80
                     )
@@ -374,7 +379,8 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
     -------
     dict
         ``time`` (frame,) [ms]; ``points`` (frame, joint, 3) [mm]; ``bend`` (frame, segment), which
-        of the ``colours``; ``top`` [1/mm], the curvature of the last; ``lines`` of the object
+        of the ``colours``, by the square root of the curvature; ``top`` [1/mm], the greatest
+        curvature, which has the last one; ``lines`` of the object
         (line)(corner)(3) [mm] at time 0; ``shift`` (frame, 3) [mm] of them; ``reach`` [mm].
 
     Raises
@@ -392,13 +398,13 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
     frames = np.unique(
         np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int)
     )
-    bend = compute_bend(tensors, antenna)[frames]
+    bend = compute_bend(tensors, antenna)
     top = measure_peak(bend) or 1.0
     edges = _list_lines(trial.shape, np.asarray(placed.origin), placed.axes, antenna.length)
     return {
         "time": time[frames].round(2).tolist(),
         "points": reconstruct_posture(tensors, antenna).values[0][frames].round(3).tolist(),
-        "bend": np.floor(bend / top * (_LEVELS - 1e-9)).astype(int).tolist(),
+        "bend": np.floor(np.sqrt(bend[frames] / top) * (_LEVELS - 1e-9)).astype(int).tolist(),
         "colours": [
             mpl.colors.to_hex(c)
             for c in mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))
