@@ -124,7 +124,7 @@ export function makeTensor(app) {
     const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     const image = context.createImageData(total, n), pixels = image.data, top = Math.max(peak, 1e-9);
     // by the square root sensors that bend little are seen too; noise would be all that is seen
-    const spread = app.hidden ? (/** @type {number} */ share) => share : Math.sqrt;
+    const spread = record.noise ? (/** @type {number} */ share) => share : Math.sqrt;
     for (let s = 0; s < n; s++) {
       const factor = app.quantity === "curvature" ? 1 / record.antenna.segments[record.index[s]] : 1;
       const row = (n - 1 - s) * total;
