@@ -28,6 +28,7 @@ import typer
 from feeler.cli.options import (
     EngineName,
     Json,
+    as_sentence,
     report_interrupt,
     say,
     say_adapted,
@@ -231,7 +232,7 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     section.table(["quantity", "value"], rows)
     adapted = say_adapted(tensors) if said.contact == "smooth" else ""
     if adapted:
-        section.text(f"{adapted[0].upper()}{adapted[1:]}.")
+        section.text(as_sentence(adapted))
     angle, curvature, force = (value for value, _ in facts.values())
     lead = (
         f"It bends by at most {angle:.3g}° at one hinge; the greatest force is {force:.3g} mN."

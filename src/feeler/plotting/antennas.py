@@ -93,9 +93,9 @@ def write_movie(
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
     Where ``draw_frame`` returns the artists it changed, only these are redrawn on the unchanging
-    rest, which is many times faster. The file appears under its name only when it is whole; the frame
-    ``still``, by default at two thirds of it, stands beside it as a picture, ``.jpg``, for paper
-    and for those who want no moving pictures.
+    rest, which is many times faster. The file appears under its name only when it is whole; the
+    frame ``still``, by default at two thirds of it, stands beside it as a picture, ``.jpg``, for
+    paper and for those who want no moving pictures.
 
     Raises
     ------

@@ -50,10 +50,10 @@ _REST = 0.05  # of the peak; a touch is shown until no sensor changes by more [C
 _WHOLE = 0.8  # of a record; one that changes for longer is shown to its end [C]
 
 
-def choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
+def choose_scale(*tensors: np.ndarray, both: bool = False) -> tuple[Normalize, str]:
     """Colour scale for bending away from an object (sensor, time), and the name of its colours:
-    from 0 to the peak of all tensors; or, where the antenna bends towards the object by more than
-    half of that as well, from −peak to peak.
+    from 0 to the peak of all tensors; or, if ``both`` or where the antenna bends towards the object
+    by more than half of that as well, from −peak to peak.
 
     Colours go by the square root, so that the many sensors that bend little are seen beside the few
     that bend most.
@@ -61,7 +61,7 @@ def choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
     top = max(measure_peak(*tensors), 1e-9)
     low = min(float(np.nanmin(one, initial=0.0)) for one in tensors)
     functions = (lambda x: np.sign(x) * np.sqrt(np.abs(x)), lambda x: np.sign(x) * x**2)
-    if low < -_BOTH * top:
+    if both or low < -_BOTH * top:
         return FuncNorm(functions, -top, top), BOTH_COLOURS
     return FuncNorm(functions, 0.0, top), TENSOR_COLOURS
 
@@ -84,7 +84,9 @@ def _say_rest(end: float, time: np.ndarray) -> str:
     """What is not shown, if anything."""
     if end == time[-1]:
         return ""
-    return f"recorded to {time[-1]:.0f} ms: after this, changes stay below {_REST:.0%} of the peak"
+    return (
+        f"recorded to {time[-1]:.0f} ms: after this, changes stay below {_REST:.0%} of the peak"
+    )
 
 
 @checked
