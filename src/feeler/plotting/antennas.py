@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -193,7 +192,7 @@ def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: 
 @checked
 class MovingAntenna:
     """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its
-    sensors as dots.
+    sensors as dots; ``colours`` is for a colour bar.
     """
 
     def __init__(
@@ -201,30 +200,25 @@ class MovingAntenna:
     ) -> None:
         self.antenna = antenna
         self._skin = LineCollection([], colors="#1b1f24", capstyle="round", zorder=3)
-        self._line = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
-        for lines in (self._skin, self._line):
+        self.colours = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
+        for lines in (self._skin, self.colours):
             ax.add_collection(lines, autolim=False)
         (self._dots,) = ax.plot([], [], "o", ms=0.9, color="#ffffff", mew=0, zorder=5)
-
-    @property
-    def colours(self) -> LineCollection:
-        """For a colour bar."""
-        return self._line
 
     def move(self, points: np.ndarray, values: np.ndarray) -> list[Artist]:
         """Artists changed to a posture (joint, 2) [mm]; ``values`` (segment,) colour its hinges."""
         parts = np.stack([points[:-1], points[1:]], axis=1)
-        ax = self._line.axes
+        ax = self.colours.axes
         assert ax is not None
         per_mm = np.diff(ax.transData.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0])[0]
         # the true diameter [points], but never too thin to see its colour
         width = np.maximum(2 * self.antenna.radius * per_mm * 72 / ax.figure.dpi, 2.4)
-        for lines, wider in ((self._skin, 1.2), (self._line, 0.0)):
+        for lines, wider in ((self._skin, 1.2), (self.colours, 0.0)):
             lines.set_segments(list(parts))
             lines.set_linewidth(list(width + wider))
-        self._line.set_array(values)
+        self.colours.set_array(values)
         self._dots.set_data(*points[self.antenna.sensors - 1].T)
-        return [self._skin, self._line, self._dots]
+        return [self._skin, self.colours, self._dots]
 
 
 @checked
@@ -280,7 +274,9 @@ _VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
 
 
 class SpaceScene:
-    """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
+    """Axes in space with an antenna, coloured by what its hinges feel, and an object; ``colours``
+    is for a colour bar.
+    """
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
         from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
@@ -289,13 +285,13 @@ class SpaceScene:
 
         self.antenna, self.ax = antenna, ax
         self._drawn: list[Any] = []
-        self._line = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
+        self.colours = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
         inches, reach = min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi, antenna.length
         # the diameter of each segment [points], but never too thin to see its colour
-        self._line.set_linewidth(
+        self.colours.set_linewidth(
             np.maximum(2 * antenna.radius * 0.6 * 72 * inches / reach, 2.0)
         )
-        ax.add_collection3d(self._line, autolim=False)
+        ax.add_collection3d(self.colours, autolim=False)
         ax.set(xlim=(-reach / 2, reach / 2), ylim=(0, reach), zlim=(-reach / 2, reach / 2))
         ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         ax.set_box_aspect((1, 1, 1), zoom=0.82)  # else its labels lie on those beside it
@@ -303,15 +299,10 @@ class SpaceScene:
         ax.locator_params(nbins=4)
         ax.tick_params(labelsize=6)
 
-    @property
-    def colours(self) -> ScalarMappable:
-        """For a colour bar."""
-        return self._line
-
     def move(self, points: np.ndarray, values: np.ndarray) -> None:
         """The antenna in another posture (joint, 3) [mm]; ``values`` (segment,) colour it."""
-        self._line.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
-        self._line.set_array(values)
+        self.colours.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
+        self.colours.set_array(values)
 
     def place(self, feature: Feature, origin: np.ndarray, axes: np.ndarray) -> None:
         """A feature whose frame stands at ``origin`` [mm] with ``axes`` (3, 3)."""

@@ -190,7 +190,7 @@ def list_tensors(figure: Figure) -> list[dict[str, Any]]:
         for image in ax.images:
             if image.get_gid() == _GID:
                 shares = (np.arange(_LEVELS) + 0.5) / _LEVELS
-                values = [float(f"{value:.4g}") for value in image.norm.inverse(shares)]
+                values = [float(f"{value:.4g}") for value in image.norm.inverse(shares)]  # type: ignore[attr-defined]
                 colours = np.round(255 * image.get_cmap()(shares)[:, :3]).astype(int).ravel()
                 place = {
                     "box": [round(v, 5) for v in ax.get_position().bounds],
@@ -214,8 +214,7 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     norm, colours = choose_scale(values)
     image = plot_tensor(values, time, ax, norm, colours=colours)
     end = _find_end(values, time)
-    ax.set_xlim(right=end)
-    ax.set_xlabel(f"time [ms]\n{_say_rest(end, time)}".strip())
+    ax.set(xlim=(None, end), xlabel=f"time [ms]\n{_say_rest(end, time)}".strip())
     figure.colorbar(image, ax=ax, label=_name_curvature([tensors], norm))
 
 
