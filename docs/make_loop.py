@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
+from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from PIL import Image
@@ -77,12 +78,13 @@ class Column:
         ax.add_patch(self.round)
         ax.add_patch(Circle((0, 0), 1.1, color=SOFT))
         extent = (0, DURATION, 0, 1)
-        style = {"cmap": "magma", "vmin": 0, "vmax": peak, "aspect": "auto", "origin": "lower"}
+        norm = PowerNorm(0.5, 0, peak)  # by the square root small bends are seen, too
+        style = {"cmap": "magma", "norm": norm, "aspect": "auto", "origin": "lower"}
         self.picture = below.imshow(np.zeros_like(self.tensor), extent=extent, **style)
         self.now = below.axvline(0, color=AMBER, linewidth=1.6)
         middle = left + 0.15
         self.verdict = figure.text(
-            middle, 0.235, "", color=INK, size=30, weight="bold", ha="center", va="center"
+            middle, 0.41, "", color=INK, size=30, weight="bold", ha="center", va="center"
         )
 
     def draw(self, time, ended):
@@ -128,7 +130,7 @@ def draw_frames():
             f"how many of 100 touches are classified correctly (thirty kinds, noise of"
             f" {NOISE:g} rad)"
             if ended
-            else "what each sensor feels, from base (below) to tip, over time"
+            else "what each sensor feels, base (below) to tip, over time; colours by square root"
         )
         for column in columns:
             column.draw(time, ended)
@@ -139,7 +141,7 @@ def draw_frames():
 def main(path):
     """Write the loop as WebP."""
     frames = [Image.fromarray(frame) for frame in draw_frames()]
-    options = {"duration": round(1000 / RATE), "loop": 0, "quality": 80, "method": 3}
+    options = {"duration": round(1000 / RATE), "loop": 0, "quality": 75, "method": 3}
     frames[0].save(path, save_all=True, append_images=frames[1:], **options)
     print(f"{path}: {path.stat().st_size / 1e6:.2f} MB, {len(frames)} frames")
 

@@ -310,11 +310,16 @@ def plot(data: Comparison, figure: Figure) -> None:
 def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title = " against ".join(data.names)
-    (measure, name), first = next(iter(data.differences.items()))
+    told = [
+        f"{data.names[0]} minus {name}, {measure}: {_say_points(one.estimate)} percentage points"
+        f" (95 % CI {_say_points(one.low)} to {_say_points(one.high)})"
+        for (measure, name), one in data.differences.items()
+        if one.low * one.high > 0
+    ]
     lead = (
-        f"{data.names[0]} minus {name}, {measure}: {_say_points(first.estimate)} percentage points"
-        f" (95 % CI {_say_points(first.low)} to {_say_points(first.high)}); the same touches, at"
-        " one speed."
+        f"{'; '.join(told) or 'No antenna is more accurate than another'}. The interval leaves out"
+        f" 0 in {len(told)} of {len(data.differences)} differences in accuracy; the same touches,"
+        " at one speed."
     )
     with temporary_folder() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=folder)

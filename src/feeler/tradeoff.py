@@ -188,7 +188,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
             lw=1,
             capsize=2,
             color=colour,
-            label=level,
+            label=f"{level} {UNITS_OF_NOISE[kind]}",
             **_MARKS[kind],
         )
     ax.set(
@@ -199,7 +199,8 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     )
     mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, columnspacing=1.0)
+    ax.set_ylim(top=4 * data["speed"].values.max())  # room for the legend
+    ax.legend(loc="upper right", title="noise (SD)", title_fontsize=7)
 
 
 def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
@@ -279,16 +280,17 @@ def write_tradeoff(
     one = "One set of touches was drawn, so nothing says how far another one would differ."
     known = f"All {n} discriminated are {np.log2(n):.2f} bits."
     section.text(f"{_ASKED.format(n)} {known} {_SPREAD if study.sets > 1 else one}")
-    level = next(iter(study.shown.values()))
+    kind, level = next(iter(study.shown.items()))
     tables = {name: _list_rows(data, study, level) for name, data in measured.items()}
     answer = "; ".join(
-        f"{name} {', '.join(f'{row[-1]} m/s for {row[0]}' for row in (rows[0], rows[-1]))}"
+        f"{name} {', '.join(f'{row[-1]} m/s ({row[0]})' for row in (rows[0], rows[-1]))}"
         for name, rows in tables.items()
     )
     return write_page(
         out / "tradeoff.html",
         "Speed, accuracy and energy",
-        f"Most accurate speed at noise {level}: {answer}.",
+        f"Most accurate speed (in brackets those that the sets do not tell from it), noise of SD"
+        f" {level} {UNITS_OF_NOISE[kind]}: {answer}.",
         section,
     )
 

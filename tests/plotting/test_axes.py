@@ -59,7 +59,9 @@ def test_a_tensor_lies_over_its_milliseconds_and_its_sensors(ax, step):
     np.testing.assert_array_equal(image.get_array(), tensor)
     assert image.origin == "lower" and name(ax) == ("time [ms]", "sensor (base → tip)")
     (place,) = list_tensors(ax.figure)
-    assert (place["low"], place["high"], place["unit"]) == (0, 11, "/mm")
+    values = np.array(place["values"])  # of the scale's colours: evenly spread over 0 to 11
+    np.testing.assert_allclose(values, 11 * (np.arange(64) + 0.5) / 64, rtol=1e-3)
+    assert place["unit"] == "/mm" and len(place["colours"]) == 3 * len(values)
 
 
 def test_small_multiples_keep_their_tensors_and_mark_first_and_last_time(ax):
@@ -94,7 +96,22 @@ def test_a_touch_is_drawn_as_curvature_per_millimetre():
     (image,) = ax.get_images()
     np.testing.assert_array_equal(image.get_array(), values[0])
     assert (image.norm.vmin, image.norm.vmax) == (0.0, pytest.approx(0.3))
-    assert " ".join(bar.get_ylabel().split()) == "curvature [1/mm] (negative drawn as 0)"
+    assert bar.get_ylabel().startswith("curvature [1/mm]\n") and "negative" in bar.get_ylabel()
+
+
+@pytest.mark.parametrize(("last", "shown"), [(20, 20.9), (99, 99.0)])
+def test_a_touch_is_shown_until_it_rests_and_a_quarter_of_its_peak_has_half_the_colour(
+    last, shown
+):
+    values = np.zeros((1, 3, 100))
+    values[0, 1, 5:last] = np.linspace(0.02, 0.4, last - 5)
+    variables = {"curvature": (("trial", "sensor", "time"), values)}
+    tensors = label_units(xr.Dataset(variables, {"time": np.arange(100.0)}))
+    plot_touch(tensors, figure := Figure())
+    ax = figure.axes[0]
+    assert ax.get_xlim()[1] == pytest.approx(shown, abs=1.0)
+    assert ("99 ms" in ax.get_xlabel()) == (shown < 99)
+    np.testing.assert_allclose(ax.images[0].norm([0.0, 0.1, 0.4]), [0, 0.5, 1])
 
 
 def test_profiles_stand_over_the_hinges_in_their_units():
@@ -141,7 +158,7 @@ def test_of_a_touch_in_space_both_planes_of_bending_stand_above_its_spikes():
         np.testing.assert_array_equal(ax.images[0].get_array(), plane)
         assert ax.images[0].get_clim()[1] == np.abs(tensor[:2]).max()
     named = ["angle towards x [°]", "angle towards z [°]"]
-    assert [bar.get_ylabel() for bar in figure.axes[4:]] == named
+    assert [bar.get_ylabel().partition("\n")[0] for bar in figure.axes[4:]] == named
 
 
 def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
@@ -151,12 +168,13 @@ def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
     plot_touch_spikes(tensor, times, rate, time, np.array([1, 1, -1, -1]), figure := Figure())
     felt, _, mean, bar = figure.axes
     np.testing.assert_array_equal(felt.images[0].get_array(), tensor)
-    assert felt.images[0].get_extent() == [3.0, 5.5, 0.5, 2.5]
+    # a sample's middle stands at its time, as in every other picture of a tensor
+    assert felt.images[0].get_extent() == pytest.approx([2.75, 5.75, 0.5, 2.5])
     assert felt.images[0].get_clim() == (-np.abs(tensor).max(), np.abs(tensor).max())
     np.testing.assert_allclose(
         read(mean.lines[0]), np.column_stack([time, rate.sum(axis=0) / 4])
     )
-    assert (bar.get_ylabel(), mean.get_ylabel()) == ("angle [°]", "mean rate [Hz]")
+    assert mean.get_ylabel() == "mean rate [Hz]" and bar.get_ylabel().startswith("angle [°]")
 
 
 def test_each_basis_fills_its_place_up_to_its_own_greatest_value_and_no_more():
@@ -288,7 +306,7 @@ def test_an_antenna_touched_on_both_sides_is_drawn_on_both(touches):
     values = both["curvature"].values[0]
     top = np.abs(values).max()
     np.testing.assert_array_equal(image.get_array(), values)
-    assert image.get_clim() == (-top, top) and label == "curvature [1/mm]"
+    assert image.get_clim() == (-top, top) and "negative" not in label
     assert image.get_cmap().name != draw(left)[0].get_cmap().name
 
 
@@ -304,7 +322,7 @@ def test_a_film_of_a_touch_from_the_right_is_the_other_turned_over(touches, monk
     for trial, tensors in zip(TRIALS, touches, strict=True):
         touch_movie.write_touch_movie(antenna, trial, tensors, "film.mp4", slower=10.0)
     seen = []
-    for _, figure, move, count, _ in films:
+    for _, figure, move, count, *_ in films:
         move(count // 2)
         ax, tensor, _ = figure.axes
         line = ax.collections[1]

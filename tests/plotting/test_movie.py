@@ -58,7 +58,7 @@ def written(monkeypatch):
     monkeypatch.setattr(
         touch_movie,
         "write_movie",
-        lambda path, figure, draw, n, fps: films.append((figure, draw, n, fps)),
+        lambda path, figure, draw, n, fps, still: films.append((figure, draw, n, fps)),
     )
     return films
 

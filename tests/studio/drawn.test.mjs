@@ -265,7 +265,7 @@ test("a pixel of the tensor is its sensor's, tip upwards; that of a difference t
     const pictures = ink.pictures.map(({ picture }) => picture.getContext("2d").image), [A, B] = ["A", "B"].map((slot) => app.records[slot]);
     assert.equal(pictures.length, 3);
     const value = (record, s, k) => record.angle(s, k) / (quantity === "angle" ? 1 : record.antenna.segments[ANTENNA.sensors[s] - 1]);
-    const show = (v) => pick(v < 0 ? COLD : HOT, Math.abs(v) / 0.4), wanted = [(s, k) => show(value(A, s, k)), (s, k) => show(value(B, s, k)), (s, k) => pick(BOTH, 0.5 + (value(A, s, k) - value(B, s, k)) / 0.8)];
+    const root = (v) => Math.sign(v) * Math.sqrt(Math.abs(v)), show = (v) => pick(v < 0 ? COLD : HOT, Math.abs(root(v / 0.4))), wanted = [(s, k) => show(value(A, s, k)), (s, k) => show(value(B, s, k)), (s, k) => pick(BOTH, 0.5 + root((value(A, s, k) - value(B, s, k)) / 0.4) / 2)];
     pictures.forEach(({ data, wide, high }, number) => {
       assert.deepEqual([wide, high], [N, 3]);
       for (let s = 0; s < 3; s++)

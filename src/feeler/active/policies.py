@@ -163,7 +163,8 @@ def write_film(film: dict[str, Any], path: Path, *, slower: float = SLOWER) -> P
     time, speed = film["time"], film["speed"]
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
-        left, grid = figure.add_subplot(1, 2, 1), figure.add_gridspec(2, 2)
+        grid = figure.add_gridspec(2, 2)
+        left = figure.add_subplot(grid[:, 0])
         above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         _set_up(left, film["scene"], film["points"])
         antenna = MovingAntenna(film["scene"].antenna.flatten(), left, Normalize(0.0, _PEAK))

@@ -82,7 +82,7 @@ def active(
             films |= {} if film is None else {name: film}
     often = "once" if copies == 1 else f"{copies} times"
     conditions = (
-        f"{sets} sets of {contest.known} touches, each felt {often}, noise"
+        f"{sets} set{'s' * (sets > 1)} of {contest.known} touches, each felt {often}, noise"
         f" {noise}. {describe_versions()}"
     )
     page = write_active(measured, contest, out, films, conditions)

@@ -108,10 +108,11 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
     tolerance = measure_tolerance(found.best, found.task, executor=executor) if robot else None
     fewer, error = found.compare()
     task = found.plan.task
+    seeds = ", ".join(f"{name} {seed}" for name, seed in task.seeds.items())
     conditions = (
         f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s,"
-        f" {task.deadline:g} ms, noise {task.noise}; seeds of the draws"
-        f" {dict(task.seeds)}; timestep {task.timestep:g} ms. {describe_versions()}"
+        f" {task.deadline:g} ms, noise {task.noise}; seeds of the draws:"
+        f" {seeds}; timestep {task.timestep:g} ms. {describe_versions()}"
     )
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
     lines = [

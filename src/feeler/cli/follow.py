@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import EngineName, Json, say, try_movie
+from feeler.cli.options import EngineName, Json, as_sentence, say, try_movie
 from feeler.files import write_text
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
@@ -164,8 +164,8 @@ def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: b
 
     section = Section(name="follow", title=f"{name} along a wall", folder=out, vector=False)
     files = ["follow.html", "follow.json"]
-    for line in words:
-        section.text(line.strip())
+    for line in words[1:]:
+        section.text(as_sentence(line))
     if run is not None:
         caption = "From above with eight postures, and the distance of the wall, true and felt."
         section.figure("run", caption, lambda figure: plot_run(run, figure), height=3.6)
@@ -186,5 +186,5 @@ def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: b
         write_text(out / "map.csv", known.to_frame().to_csv(index=False))
         files += ["map.png", "map.csv"]
     section.numbers("follow", **_make_plain(run, known))
-    write_page(out / "follow.html", "Following a wall", words[0], section)
+    write_page(out / "follow.html", "Following a wall", f"{words[0]}.", section)
     typer.echo(f"wrote {out}/{', '.join(files)}", err=True)

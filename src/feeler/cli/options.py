@@ -76,6 +76,12 @@ def say_adapted(tensors: Any) -> str:
     )
 
 
+def as_sentence(words: str) -> str:
+    """A line of the terminal as a sentence of a page."""
+    line = words.strip()
+    return f"{line[0].upper()}{line[1:]}."
+
+
 def describe_timesteps(antennas: Mapping[str, Any]) -> str:
     """The default timesteps of some antennas, by name where they differ."""
     from feeler.physics.contact import get_contact

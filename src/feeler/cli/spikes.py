@@ -24,7 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, require_new, say, say_adapted
+from feeler.cli.options import Json, as_sentence, require_new, say, say_adapted
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import write_text
 
@@ -191,7 +191,7 @@ def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note
     lead = float(shown["lead"]) if "lead" in shown.coords else 0.0
     section = Section(
         name="spikes",
-        title=f"{shown['feature'].item()} at {shown['location'].item():.2g}",
+        title=f"{shown['feature'].item()} at {shown['location'].item():.2g} L",
         folder=said.out,
         vector=False,
     )
@@ -220,8 +220,10 @@ def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note
         "greatest_rate": best,
         "gain": gain,
     }
+    units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
     section.table(
-        ["of these touches", ""], [[k.replace("_", " "), v] for k, v in known.items()]
+        ["quantity", "value"],
+        [[f"{k.replace('_', ' ')} [{units.get(k, '1')}]", v] for k, v in known.items()],
     )
     section.text(
         "Sensilla after Szczecinski et al. 2021 (doi:10.1088/1748-3190/ac1ced), with the parameters"
@@ -229,14 +231,14 @@ def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note
         " choices."
     )
     if note:
-        section.text(f"{note[0].upper()}{note[1:]}.")
+        section.text(as_sentence(note))
     page = said.out / "spikes.html"
     answer = (
-        f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
-        f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
+        f"{len(counts)} touch{'es' * (len(counts) > 1)}, {drawn.sizes['unit']} units:"
+        f" {counts.mean():.0f} spikes a touch, {100 * fired:.0f} % of the units fire,"
+        f" greatest rate {best:.0f} Hz"
     )
-    write_page(page, "Spikes", f"{answer}.", section)
-    units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
+    write_page(page, "Simulated spikes of a touch", f"{answer}.", section)
     lines = [
         answer,
         *([note] if note else []),

@@ -28,6 +28,7 @@ import typer
 from feeler.cli.options import (
     EngineName,
     Json,
+    as_sentence,
     report_interrupt,
     say,
     say_adapted,
@@ -231,7 +232,7 @@ def _show(said: SimpleNamespace, antenna: Any, trial: Any) -> None:
     section.table(["quantity", "value"], rows)
     adapted = say_adapted(tensors) if said.contact == "smooth" else ""
     if adapted:
-        section.text(f"{adapted[0].upper()}{adapted[1:]}.")
+        section.text(as_sentence(adapted))
     angle, curvature, force = (value for value, _ in facts.values())
     lead = (
         f"It bends by at most {angle:.3g}° at one hinge; the greatest force is {force:.3g} mN."
@@ -295,7 +296,7 @@ def _draw(
         section.turnable(
             "turnable",
             "The touch as it goes on: drag the picture, or use the arrow keys, to turn it. Colours:"
-            f" curvature, from none to {scene['top']:.3g} /mm, as in the tensor above.",
+            f" curvature of all hinges, from none to {scene['top']:.3g} /mm, by square root.",
             scene,
         )
 

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, say, try_movie
+from feeler.cli.options import Json, as_sentence, say, try_movie
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 
@@ -203,14 +203,15 @@ def _save(
 
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="wall", title="Antennae beside a wall", folder=out, vector=False)
-    section.text(words)
+    for line in words.splitlines():
+        section.text(as_sentence(line))
     shapes = {name: list_shapes(sweep) for name, sweep in sweeps.items()}
     caption = "Each antenna beside the wall, farthest first, in equilibrium."
     section.figure(
         "shapes",
         caption,
         lambda figure: plot_shapes(shapes, figure.subplots()),
-        height=0.8 + 1.2 * len(shapes),
+        height=min(8.0, 0.9 + 13.0 * len(shapes) / (1 + len(next(iter(shapes.values())).wall))),
     )
     caption = (
         "Wall distance against the point of greatest curvature, with the straight line that reads"
@@ -222,11 +223,10 @@ def _save(
     rows = [
         [
             name,
-            found.r2,
+            found.undefined or found.r2,
             found.slope,
             found.intercept,
             found.error,
-            found.undefined or "defined",
             found.bending,
         ]
         for name, found in maps.items()
@@ -238,7 +238,6 @@ def _save(
             "slope",
             "intercept [mm]",
             "error [mm]",
-            "R² is",
             "straight and pushed lightly it",
         ],
         rows,
@@ -266,7 +265,8 @@ def _save(
         + "; ".join(
             f"{name} {found.undefined or f'R² {found.r2:.3f}, error {found.error:.2g} mm'}"
             for name, found in maps.items()
-        ),
+        )
+        + ".",
         section,
     )
     typer.echo(f"wrote {out}/{', '.join(files)} and each antenna's numbers as JSON", err=True)

@@ -77,7 +77,7 @@ def _say_result(found: DesignOutcome, section: Section) -> str:
         else "undefined (no errors)"
     )
     looks = (
-        "They were looked at once."
+        "The final draws were looked at once."
         if found.looks == 1
         else (
             f"{found.looks} designs have been judged on these draws, so that the best of them looks"
@@ -118,7 +118,8 @@ def _say_result(found: DesignOutcome, section: Section) -> str:
         ],
         rows,
         f"At most {np.log2(found.plan.task.n_classes):.2f} bits. Where bits are"
-        " much higher on the search's draws than on the test draws, touches were learned by heart.",
+        " much higher on the search's draws than on the test draws, the search has fitted"
+        " its own draws.",
     )
     return (
         f"On the final draws the best antenna classifies {mine} of noisy touches incorrectly, the"

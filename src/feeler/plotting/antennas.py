@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -83,14 +82,19 @@ def say_clock(time: float, slower: float = SLOWER) -> str:
 
 @checked
 def write_movie(
-    path: Path, figure: Figure, draw_frame: _DrawFrame, n_frames: int, fps: int = FPS
+    path: Path,
+    figure: Figure,
+    draw_frame: _DrawFrame,
+    n_frames: int,
+    fps: int = FPS,
+    still: int | None = None,
 ) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
     Where ``draw_frame`` returns the artists it changed, only these are redrawn on the unchanging
-    rest, which is many times faster. The file appears under its name only when it is whole; a frame
-    at two thirds of it stands beside it as a still, ``.jpg``, for paper and for those who want no
-    moving pictures.
+    rest, which is many times faster. The file appears under its name only when it is whole; the
+    frame ``still``, by default at two thirds of it, stands beside it as a picture, ``.jpg``, for
+    paper and for those who want no moving pictures.
 
     Raises
     ------
@@ -134,7 +138,7 @@ def write_movie(
                     np.asarray(canvas.buffer_rgba())[: size[1], : size[0]]
                 )
                 writer.send(frame)
-                if k == _STILL * n_frames // 100:
+                if k == (_STILL * n_frames // 100 if still is None else still):
                     Image.fromarray(frame).convert("RGB").save(
                         path.with_suffix(".jpg"), quality=80
                     )
@@ -188,7 +192,7 @@ def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: 
 @checked
 class MovingAntenna:
     """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its
-    sensors as dots.
+    sensors as dots; ``colours`` is for a colour bar.
     """
 
     def __init__(
@@ -196,30 +200,25 @@ class MovingAntenna:
     ) -> None:
         self.antenna = antenna
         self._skin = LineCollection([], colors="#1b1f24", capstyle="round", zorder=3)
-        self._line = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
-        for lines in (self._skin, self._line):
+        self.colours = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
+        for lines in (self._skin, self.colours):
             ax.add_collection(lines, autolim=False)
         (self._dots,) = ax.plot([], [], "o", ms=0.9, color="#ffffff", mew=0, zorder=5)
-
-    @property
-    def colours(self) -> LineCollection:
-        """For a colour bar."""
-        return self._line
 
     def move(self, points: np.ndarray, values: np.ndarray) -> list[Artist]:
         """Artists changed to a posture (joint, 2) [mm]; ``values`` (segment,) colour its hinges."""
         parts = np.stack([points[:-1], points[1:]], axis=1)
-        ax = self._line.axes
+        ax = self.colours.axes
         assert ax is not None
         per_mm = np.diff(ax.transData.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0])[0]
         # the true diameter [points], but never too thin to see its colour
         width = np.maximum(2 * self.antenna.radius * per_mm * 72 / ax.figure.dpi, 2.4)
-        for lines, wider in ((self._skin, 1.2), (self._line, 0.0)):
+        for lines, wider in ((self._skin, 1.2), (self.colours, 0.0)):
             lines.set_segments(list(parts))
             lines.set_linewidth(list(width + wider))
-        self._line.set_array(values)
+        self.colours.set_array(values)
         self._dots.set_data(*points[self.antenna.sensors - 1].T)
-        return [self._skin, self._line, self._dots]
+        return [self._skin, self.colours, self._dots]
 
 
 @checked
@@ -275,7 +274,9 @@ _VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
 
 
 class SpaceScene:
-    """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
+    """Axes in space with an antenna, coloured by what its hinges feel, and an object; ``colours``
+    is for a colour bar.
+    """
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
         from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
@@ -284,13 +285,13 @@ class SpaceScene:
 
         self.antenna, self.ax = antenna, ax
         self._drawn: list[Any] = []
-        self._line = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
+        self.colours = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
         inches, reach = min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi, antenna.length
         # the diameter of each segment [points], but never too thin to see its colour
-        self._line.set_linewidth(
+        self.colours.set_linewidth(
             np.maximum(2 * antenna.radius * 0.6 * 72 * inches / reach, 2.0)
         )
-        ax.add_collection3d(self._line, autolim=False)
+        ax.add_collection3d(self.colours, autolim=False)
         ax.set(xlim=(-reach / 2, reach / 2), ylim=(0, reach), zlim=(-reach / 2, reach / 2))
         ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         ax.set_box_aspect((1, 1, 1), zoom=0.82)  # else its labels lie on those beside it
@@ -298,15 +299,10 @@ class SpaceScene:
         ax.locator_params(nbins=4)
         ax.tick_params(labelsize=6)
 
-    @property
-    def colours(self) -> ScalarMappable:
-        """For a colour bar."""
-        return self._line
-
     def move(self, points: np.ndarray, values: np.ndarray) -> None:
         """The antenna in another posture (joint, 3) [mm]; ``values`` (segment,) colour it."""
-        self._line.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
-        self._line.set_array(values)
+        self.colours.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
+        self.colours.set_array(values)
 
     def place(self, feature: Feature, origin: np.ndarray, axes: np.ndarray) -> None:
         """A feature whose frame stands at ``origin`` [mm] with ``axes`` (3, 3)."""
@@ -374,7 +370,8 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
     -------
     dict
         ``time`` (frame,) [ms]; ``points`` (frame, joint, 3) [mm]; ``bend`` (frame, segment), which
-        of the ``colours``; ``top`` [1/mm], the curvature of the last; ``lines`` of the object
+        of the ``colours``, by the square root of the curvature; ``top`` [1/mm], the greatest
+        curvature, which has the last one; ``lines`` of the object
         (line)(corner)(3) [mm] at time 0; ``shift`` (frame, 3) [mm] of them; ``reach`` [mm].
 
     Raises
@@ -392,13 +389,13 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
     frames = np.unique(
         np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int)
     )
-    bend = compute_bend(tensors, antenna)[frames]
+    bend = compute_bend(tensors, antenna)
     top = measure_peak(bend) or 1.0
     edges = _list_lines(trial.shape, np.asarray(placed.origin), placed.axes, antenna.length)
     return {
         "time": time[frames].round(2).tolist(),
         "points": reconstruct_posture(tensors, antenna).values[0][frames].round(3).tolist(),
-        "bend": np.floor(bend / top * (_LEVELS - 1e-9)).astype(int).tolist(),
+        "bend": np.floor(np.sqrt(bend[frames] / top) * (_LEVELS - 1e-9)).astype(int).tolist(),
         "colours": [
             mpl.colors.to_hex(c)
             for c in mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))

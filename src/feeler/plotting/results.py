@@ -23,7 +23,13 @@ from feeler.decoding.curves import Curves
 from feeler.decoding.sweeps import Sweep
 from feeler.errors import InvalidInput
 from feeler.plotting.style import FEWEST, PALETTE, PROFILE_COLOURS, pick_colours, pick_shades
-from feeler.plotting.tensors import plot_tensor, plot_tensor_grid, write_touch_movie
+from feeler.plotting.tensors import (
+    choose_scale,
+    name_scale,
+    plot_tensor,
+    plot_tensor_grid,
+    write_touch_movie,
+)
 from feeler.tensors.schema import IN_SPACE
 from feeler.tensors.transforms import get_bending, in_unit, measure_peak
 from feeler.validation import checked
@@ -92,20 +98,10 @@ def plot_touch_spikes(
         len(felt) + 2, 1, sharex=True, height_ratios=(*[2] * len(felt), 2, 1)
     )
     names = ("angle [°]",) if len(felt) == 1 else ("angle towards x [°]", "angle towards z [°]")
-    largest = np.abs(felt).max()
+    norm, colours = choose_scale(*felt, both=True)
     for ax, plane, name in zip(axes, felt, names, strict=False):
-        # The bending of every sensor (sensor, time) as colours.
-        edges = (*(time[0], time[-1]), 0.5, len(plane) + 0.5)
-        image = ax.imshow(
-            plane,
-            aspect="auto",
-            origin="lower",
-            extent=edges,
-            cmap="RdBu_r",
-            interpolation="nearest",
-        )
-        image.set_clim(-largest, largest)
-        ax.figure.colorbar(image, ax=ax, label=name)
+        image = plot_tensor(plane, time, ax, norm, labels=False, unit="°", colours=colours)
+        figure.colorbar(image, ax=ax, label=name_scale(name, norm))
         ax.set_ylabel("sensor (base → tip)")
     spikes, mean = axes[-2:]
     plot_raster(times, spikes, side, lead, around)

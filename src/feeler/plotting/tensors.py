@@ -9,7 +9,7 @@ import xarray as xr
 from annotated_types import Len
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
+from matplotlib.colors import FuncNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import PathPatch, Rectangle
@@ -46,18 +46,47 @@ from feeler.validation import checked
 _GID = "tensor"
 _LEVELS = 64  # of a colour scale that a page knows
 _BOTH = 0.5  # of the peak; greater bending towards the object is drawn as well [C]
+_REST = 0.05  # of the peak; a touch is shown until no sensor changes by more [C]
+_WHOLE = 0.8  # of a record; one that changes for longer is shown to its end [C]
 
 
-def _choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
+def choose_scale(*tensors: np.ndarray, both: bool = False) -> tuple[Normalize, str]:
     """Colour scale for bending away from an object (sensor, time), and the name of its colours:
-    from 0 to the peak of all tensors; or, where the antenna bends towards the object by more than
-    half of that as well, from −peak to peak.
+    from 0 to the peak of all tensors; or, if ``both`` or where the antenna bends towards the object
+    by more than half of that as well, from −peak to peak.
+
+    Colours go by the square root, so that the many sensors that bend little are seen beside the few
+    that bend most.
     """
     top = max(measure_peak(*tensors), 1e-9)
     low = min(float(np.nanmin(one, initial=0.0)) for one in tensors)
-    if low < -_BOTH * top:
-        return Normalize(-top, top), BOTH_COLOURS
-    return Normalize(0.0, top), TENSOR_COLOURS
+    functions = (lambda x: np.sign(x) * np.sqrt(np.abs(x)), lambda x: np.sign(x) * x**2)
+    if both or low < -_BOTH * top:
+        return FuncNorm(functions, -top, top), BOTH_COLOURS
+    return FuncNorm(functions, 0.0, top), TENSOR_COLOURS
+
+
+def name_scale(label: str, norm: Normalize) -> str:
+    """What the colours of :func:`choose_scale` mean; ``label`` names the quantity."""
+    return f"{label}\ncolours by square root{'' if norm.vmin else '; negative as 0'}"
+
+
+def _find_end(tensor: np.ndarray, time: np.ndarray) -> float:
+    """Until when [ms] a tensor (sensor, time) is shown: a tenth longer than any sensor is off its
+    last value by more than 5 % of the peak.
+    """
+    off = np.abs(np.nan_to_num(tensor - tensor[:, -1:])) > _REST * measure_peak(tensor)
+    last = int(1.1 * np.flatnonzero(off.any(axis=0)).max(initial=0))
+    return float(time[last if 0 < last < _WHOLE * len(time) else -1])
+
+
+def _say_rest(end: float, time: np.ndarray) -> str:
+    """What is not shown, if anything."""
+    if end == time[-1]:
+        return ""
+    return (
+        f"recorded to {time[-1]:.0f} ms: after this, changes stay below {_REST:.0%} of the peak"
+    )
 
 
 @checked
@@ -160,20 +189,16 @@ def list_tensors(figure: Figure) -> list[dict[str, Any]]:
     for ax in figure.axes:
         for image in ax.images:
             if image.get_gid() == _GID:
-                low, high = image.norm.vmin, image.norm.vmax
-                colours = (
-                    np.round(255 * image.get_cmap()(np.linspace(0, 1, _LEVELS))[:, :3])
-                    .astype(int)
-                    .ravel()
-                    .tolist()
-                )
+                shares = (np.arange(_LEVELS) + 0.5) / _LEVELS
+                values = [float(f"{value:.4g}") for value in image.norm.inverse(shares)]  # type: ignore[attr-defined]
+                colours = np.round(255 * image.get_cmap()(shares)[:, :3]).astype(int).ravel()
                 place = {
                     "box": [round(v, 5) for v in ax.get_position().bounds],
                     "x": ax.get_xlim(),
                     "y": ax.get_ylim(),
                 }
                 known: dict[str, Any] = image.tensor  # type: ignore[attr-defined]
-                found.append(place | {"low": low, "high": high, "colours": colours} | known)
+                found.append(place | {"values": values, "colours": colours.tolist()} | known)
     return found
 
 
@@ -186,18 +211,20 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     """The curvature away from the object of a Dataset's first touch, (sensor, time)."""
     values, ax = take_curvature(tensors)[0], figure.subplots()
     time = in_unit(tensors["time"], "ms").values
-    norm, colours = _choose_scale(values)
+    norm, colours = choose_scale(values)
     image = plot_tensor(values, time, ax, norm, colours=colours)
+    end = _find_end(values, time)
+    ax.set(xlim=(None, end), xlabel=f"time [ms]\n{_say_rest(end, time)}".strip())
     figure.colorbar(image, ax=ax, label=_name_curvature([tensors], norm))
 
 
 def _name_curvature(sets: Sequence[xr.Dataset], norm: Normalize) -> str:
     """What the colours of some touches mean."""
     if any("plane" in one.dims for one in sets):
-        return "curvature of both planes [1/mm]"
+        return "curvature of both planes [1/mm]\ncolours by square root"
     known = all(find_right(one) is not None for one in sets)
     label = "curvature away from the object [1/mm]" if known else "curvature [1/mm]"
-    return label if norm.vmin else f"{label}\n(negative drawn as 0)"
+    return name_scale(label, norm)
 
 
 def take_curvature(tensors: xr.Dataset) -> np.ndarray:
@@ -232,6 +259,7 @@ class _View:
         self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
         self.image = plot_tensor(self.tensor, self.time, below, norm, colours=colours)
+        self.end = _find_end(self.tensor, self.time)
         self.hide_rest = _cover(self.image)
         if self.space is not None:
             return
@@ -311,11 +339,11 @@ def write_touch_movie(
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
-        scale = _choose_scale(*take_curvature(tensors))
+        scale = choose_scale(*take_curvature(tensors))
         left = add_space(figure, left) if antenna.spatial else left
         view = _View(antenna, trial, tensors, scale, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
-        left.set_title("" if trial is None else trial.label, fontsize=8)
+        left.set_title("" if trial is None else trial.label, fontsize=7)
         figure.colorbar(view.image, ax=right, label=_name_curvature([tensors], scale[0]))
         return _write([view], path, figure, right.set_title("0 ms"), slower, fps)
 
@@ -339,7 +367,7 @@ def write_touches_movie(
         figure = Figure(figsize=(4.6, 5.0), layout="constrained")
         axes = figure.subplots(2, len(touches), squeeze=False, height_ratios=(1.25, 1))
         sets = [tensors for _, tensors in touches.values()]
-        scale = _choose_scale(*map(take_curvature, sets))
+        scale = choose_scale(*map(take_curvature, sets))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
             column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]
@@ -364,7 +392,17 @@ def _write(
     views: Sequence[_View], path: Path, figure: Figure, clock: Text, slower: float, fps: int
 ) -> Path:
     time = max((view.time for view in views), key=lambda times: float(times[-1]))
+    end = max(view.end for view in views)
+    for view in views:
+        assert view.image.axes is not None
+        view.image.axes.set_xlim(right=min(end, float(view.time[-1])))
+    figure.supxlabel(_say_rest(end, time), fontsize=7)
+    time = time[time <= end]
     shown = time[choose_frames(time, slower=slower, fps=fps)]
+    peaks = [
+        view.time[np.nan_to_num(view.tensor).max(axis=0).argmax()] for view in views
+    ]  # a film's still shows where they bend most
+    still = int(np.searchsorted(shown, np.mean(peaks)).clip(max=len(shown) - 1))
     clock.set_text(
         say_clock(float(shown[-1]), slower)
     )  # as long as it gets: the place that it is laid out for
@@ -374,4 +412,4 @@ def _write(
         moved = [artist for view in views for artist in view.move(float(shown[k]))]
         return [*moved, clock] if moved else []  # in space all is drawn anew
 
-    return write_movie(path, figure, draw, len(shown), fps)
+    return write_movie(path, figure, draw, len(shown), fps, still)

@@ -93,24 +93,26 @@ def _show_drive(touch: WallTouch) -> dict[str, Any]:
     """What a panel shows of a wall that comes nearer, by frame."""
     antenna, motion = touch.antenna, touch.motions[0]
     bend = motion.angle - antenna.rest_angle
-    seen = {
+    return {
+        "antenna": antenna,
+        "sign": touch.posture.sign,
         "points": touch.points[0],
         "bend": bend,
         "peak": np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan),
         "away": touch.distance[0],
     }
-    return {"antenna": antenna, "sign": touch.posture.sign} | seen
 
 
 def _show_sweep(sweep: Approach) -> dict[str, Any]:
     """What a panel shows of equilibria, by frame."""
-    seen = {
+    return {
+        "antenna": sweep.antenna,
+        "sign": sweep.posture.sign,
         "points": sweep.points,
         "bend": sweep.bend,
         "peak": find_sweep_peak(sweep).position,
         "away": sweep.distance,
     }
-    return {"antenna": sweep.antenna, "sign": sweep.posture.sign} | seen
 
 
 def _make_panel(

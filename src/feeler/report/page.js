@@ -49,7 +49,7 @@ const findValue = (panel, [r, g, b]) => {
     const off = Math.abs(panel.colours[k] - r) + Math.abs(panel.colours[k + 1] - g) + Math.abs(panel.colours[k + 2] - b);
     if (off < least) { least = off; best = k / 3; }
   }
-  return best < 0 ? null : panel.low + ((panel.high - panel.low) * (best + 0.5)) / (panel.colours.length / 3);
+  return best < 0 ? null : panel.values[best];
 };
 const say = (picture, event) => {
   const box = picture.getBoundingClientRect(), x = (event.clientX - box.left) / box.width, y = 1 - (event.clientY - box.top) / box.height;

@@ -221,16 +221,14 @@ def draw(shown: _PageView, kind: str) -> bytes:
 
 
 def _draw_tensor(shown: _PageView, figure: Any, ax: Any) -> Any:
-    from matplotlib.colors import Normalize
-
     from feeler.plotting import plot_tensor
+    from feeler.plotting.tensors import choose_scale, name_scale
 
     facing = shown.side * shown.tensor
-    image = plot_tensor(facing, shown.time, ax, Normalize(0.0, max(float(facing.max()), 1e-9)))
-    label = f"{shown.label} (negative drawn as 0)"
-    if shown.side < 0:
-        label = f"−{shown.label}, as of a touch from the left (negative drawn as 0)"
-    figure.colorbar(image, ax=ax, label=label)
+    norm, colours = choose_scale(facing)
+    image = plot_tensor(facing, shown.time, ax, norm, colours=colours)
+    label = f"−{shown.label}, as of a touch from the left" if shown.side < 0 else shown.label
+    figure.colorbar(image, ax=ax, label=name_scale(label, norm))
     return image
 
 
@@ -267,7 +265,7 @@ def film(shown: _PageView) -> bytes:
             ylabel="across [mm]",
         )
         turned = Affine2D().rotate_deg(-90) + left.transData
-        antenna = MovingAntenna(shown.antenna, left, image.norm)
+        antenna = MovingAntenna(shown.antenna, left, image.norm, image.cmap.name)
         patches: list[Any] = []
 
         def move(frame: int) -> list[Any]:

@@ -74,7 +74,7 @@ export function makeTensorPanel(app) {
     plane.value = String(app.records.A.plane);
     const peak = app.findPeak();
     const range = app.quantity === "angle" ? `± ${((peak * 180) / Math.PI).toFixed(2)}°` : `± ${write(peak)} /mm`;
-    scale.textContent = !peak ? "" : range;
+    scale.textContent = !peak ? "" : app.records.A.noise ? range : `${range}, colours by square root`;
   }
   return { element, place: "middle", isShown: () => true, update, redraw: tensor.redraw };
 }

@@ -123,6 +123,8 @@ export function makeTensor(app) {
     if (canvas.width !== total || canvas.height !== n) { canvas.width = total; canvas.height = n; }
     const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     const image = context.createImageData(total, n), pixels = image.data, top = Math.max(peak, 1e-9);
+    // by the square root sensors that bend little are seen too; noise would be all that is seen
+    const spread = record.noise ? (/** @type {number} */ share) => share : Math.sqrt;
     for (let s = 0; s < n; s++) {
       const factor = app.quantity === "curvature" ? 1 / record.antenna.segments[record.index[s]] : 1;
       const row = (n - 1 - s) * total;
@@ -131,8 +133,9 @@ export function makeTensor(app) {
         let table = HOT, share = 0;
         if (both) {
           table = BOTH;
-          share = 0.5 + (value - other.angle(s, k) * (app.quantity === "curvature" ? 1 / other.antenna.segments[other.index[s]] : 1)) / top / 2;
-        } else if (value < 0) { table = COLD; share = -value / top; } else share = value / top;
+          value -= other.angle(s, k) * (app.quantity === "curvature" ? 1 / other.antenna.segments[other.index[s]] : 1);
+          share = 0.5 + Math.sign(value) * spread(Math.abs(value) / top) / 2;
+        } else { table = value < 0 ? COLD : HOT; share = spread(Math.abs(value) / top); }
         const from = 3 * Math.max(0, Math.min(255, Math.round(255 * share))), to = 4 * (row + k);
         pixels[to] = table[from];
         pixels[to + 1] = table[from + 1];
