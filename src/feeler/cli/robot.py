@@ -393,7 +393,6 @@ def train(
     chosen = Robot(robot, joints)
     touches = _make_touches(objects, locations, speeds, friction)
     lines = chosen.load_lines(calibration)
-    chosen.check_lines(lines)
     with say_progress(touches, robots) as progress:
         decoder = train_decoder(
             chosen.antenna,
