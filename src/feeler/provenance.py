@@ -51,7 +51,9 @@ def list_versions() -> dict[str, str]:
 
 def describe_versions() -> str:
     """The same in words, for the foot of a page."""
-    return ", ".join(f"{name} {version}" for name, version in list_versions().items())
+    return ", ".join(
+        f"{name} {version}" for name, version in list_versions().items() if version
+    )
 
 
 @cache

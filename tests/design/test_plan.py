@@ -17,9 +17,9 @@ from feeler.cli.app import app
 from feeler.design import load_plan
 from feeler.design import plan as outcome
 from feeler.design.plan import TEMPLATE, make_strips, measure_tolerance, run_plan
-from feeler.design.search import SHEETS, Constraints
 from feeler.design.scoring import DesignTask
 from feeler.design.search import (
+    SHEETS,
     Constraints,
     DesignProblem,
     Space,

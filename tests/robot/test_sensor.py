@@ -264,7 +264,9 @@ def test_a_saturated_or_deaf_sensor_is_refused_by_its_hinge_and_one_bad_one_bend
     bent, noise = 900 - 400 * angle + 60 * angle**2, np.random.default_rng(1).normal(size=26)
     hinge = np.repeat([1, 2], 26)
     clipped = np.minimum(bent, 1000)
-    with pytest.raises(InvalidInput, match=r"hinge 2 reads 1000 at all angles .*-20°: saturated"):
+    with pytest.raises(
+        InvalidInput, match=r"hinge 2 reads 1000 at all angles .*-20°: saturated"
+    ):
         fit_sensors(hinge, np.tile(angle, 2), np.r_[bent, clipped])
     with pytest.raises(InvalidInput, match=r"hinge 2 .* hardly follows its angle .*dead"):
         fit_sensors(hinge, np.tile(angle, 2), np.r_[bent, 100 + noise])
@@ -281,7 +283,9 @@ def test_a_bend_that_no_line_follows_is_no_hysteresis():
     assert abs(fit.hysteresis[0]) < 1e-9 < fit.residual[0]
 
 
-@pytest.mark.parametrize("heading", ["Hinge;Angle (deg);Field (uT)", "sensor;angle_deg;field_µT"])
+@pytest.mark.parametrize(
+    "heading", ["Hinge;Angle (deg);Field (uT)", "sensor;angle_deg;field_µT"]
+)
 def test_a_bench_table_of_magnetic_fields_is_read(tmp_path, heading):
     rows = [f"{n};{a};{250 + 100 * n * a}" for n in (1, 2) for a in (-10, 0, 10)]
     (tmp_path / "bench.csv").write_text("\n".join([heading, *rows]))

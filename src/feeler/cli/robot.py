@@ -80,7 +80,7 @@ from feeler.errors import InvalidInput
 from feeler.files import write_text
 
 # of a recording's history: what its answers must be seen beside
-_TOLD = re.compile("was not closed|stamps are all 0|gaps over")
+_TOLD = re.compile("was not closed|stamps are all 0|gaps over|noise alone")
 
 app = Commands(
     help="Calibrate, test and classify with a robotic antenna.",

@@ -410,7 +410,9 @@ def _check_hinge(number: int, angle: np.ndarray, capacitance: np.ndarray) -> Non
             " rises and falls. Mend it, or describe the robot without it."
         )
     for end in (capacitance.min(), capacitance.max()):
-        stuck = [level for level in levels if np.all(capacitance[np.isclose(angle, level)] == end)]
+        stuck = [
+            level for level in levels if np.all(capacitance[np.isclose(angle, level)] == end)
+        ]
         if len(stuck) >= _FLAT:
             low, high = np.rad2deg([min(stuck), max(stuck)])
             raise InvalidInput(
