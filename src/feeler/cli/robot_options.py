@@ -137,8 +137,8 @@ class Robot:
         lines = load_calibration(path)
         if lines.n_hinges != n:
             raise InvalidInput(
-                f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors. Is it"
-                " the one of --antenna?"
+                f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors. Is"
+                " the robot's file given (--antenna)?"
             )
         if self.decoder is not None:
             self.decoder.check_robot(lines.robot, path.name)
