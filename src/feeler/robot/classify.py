@@ -679,7 +679,9 @@ def judge_recording(
 
 def _find_next_touch(tip: np.ndarray, peak: int) -> int:
     """The sample at which the tip leaves its rest again after a touch with this peak; 0: none."""
-    pushed = np.flatnonzero(np.abs(tip[peak:]) > _REST * tip[peak]) + peak if peak >= 0 else []
+    pushed: Any = (
+        np.flatnonzero(np.abs(tip[peak:]) > _REST * tip[peak]) + peak if peak >= 0 else []
+    )
     again = [b for a, b in pairwise(pushed) if b - a > AFTER / 2]
     strong = again and np.nanmax(np.abs(tip[again[0] :])) > 0.5 * tip[peak]
     return int(again[0]) if strong else 0

@@ -102,7 +102,8 @@ def repair(
 
     grid = np.arange(count) * interval
     words = [_describe_time(time, interval)]
-    values, said = np.empty((recording.n_sensors, count)), {}
+    values = np.empty((recording.n_sensors, count))
+    said: dict[str, list[str]] = {}
     for row, channel in enumerate(recording.values):
         values[row], found = _mend(time - time[0], channel, grid, max_gap, gaps, row + 1)
         for line in found:
