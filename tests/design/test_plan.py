@@ -16,9 +16,10 @@ import feeler
 from feeler.cli.app import app
 from feeler.design import load_plan
 from feeler.design import plan as outcome
-from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
+from feeler.design.plan import TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.design.scoring import DesignTask
 from feeler.design.search import (
+    SHEETS,
     Constraints,
     DesignProblem,
     Space,
@@ -194,6 +195,21 @@ def test_strips_are_as_stiff_as_the_hinges_and_can_be_cut():
     assert np.all(strips.width >= 0.5) and np.all(strips.width <= 20.0)
 
 
+def test_strips_of_a_robot_are_the_robots_own_flexures(tmp_path):
+    from feeler.robot import load_robot, write_robot
+
+    robot, task = tmp_path / "robot.toml", tmp_path / "task.toml"
+    write_robot(robot, 6)
+    text = robot.read_text().replace("length = 0.5 ", "length = 0.7 ")
+    robot.write_text(text.replace("stiffness = 1.0", "stiffness = 1.3"))
+    plan = TEMPLATE.format(file="task.toml").replace('"exponential"', '"robot.toml"', 1)
+    plan = plan.replace("# width = [3, 12] ", "width = [3, 12] ")
+    task.write_text(plan.replace("# sheets = [0.025, 0.05, 0.075]", "sheets = [0.025, 0.05]"))
+    strips = make_strips(load_robot(robot).antenna, load_plan(task).constraints)
+    assert strips.width == pytest.approx(load_robot(robot).hinges.width)
+    assert set(strips.thickness) == {0.05} and strips.length[0] == 0.7
+
+
 def test_copies_made_wrong_differ_and_one_made_right_does_not():
     first, second = measure_tolerance(ANTENNA, TASK, copies=2)
     right = measure_tolerance(ANTENNA, TASK, copies=1, share=1e-12)[0]
@@ -206,7 +222,7 @@ def test_each_hinge_is_cut_from_the_thickest_sheet_of_which_a_strip_is_soft_enou
     from feeler.robot.description import ROBOT_FACTS
 
     sheets, modulus, several = (0.125, 0.025, 0.05, 0.1), ROBOT_FACTS["modulus"].number, 0
-    strips = make_strips(ANTENNA, length=0.5, sheets=sheets)
+    strips = make_strips(ANTENNA, Constraints(sheets=sheets))
     for stiffness, thickness in zip(ANTENNA.stiffness, strips.thickness, strict=True):
         width = {sheet: 12 * stiffness * 0.5 / (modulus * sheet**3) for sheet in sheets}
         fits = [sheet for sheet in sheets if 0.5 <= width[sheet] <= WIDEST]

@@ -26,6 +26,7 @@ from feeler.robot import (
     draw_robots,
     make_robot,
     make_touches,
+    save_calibration,
     save_recording,
     touch_robots,
     train_decoder,
@@ -163,6 +164,10 @@ def test_the_commands_take_a_decoder_and_refuse_what_is_not_its(file, touched, t
     assert both.exit_code != 0 and "--speeds belongs to the training" in str(both.exception)
     other = run("stream", path, "--decoder", file, "--antenna", "cockroach")
     assert other.exit_code != 0 and "robot 'mine', not for 'cockroach'" in str(other.exception)
+    lines = fit_sensors(np.repeat(np.arange(1, 9), 3), *np.tile([[0, 1, 2], [5, 6, 7]], 8))
+    save_calibration(lines.replace(robot="theirs"), tmp_path / "lines.json")
+    foreign = run("classify", path, "--decoder", file, "--calibration", tmp_path / "lines.json")
+    assert foreign.exit_code != 0 and "lines.json to 'theirs'" in str(foreign.exception)
     save_recording(touched[0][0].replace(robot="yours"), path)
     theirs = run("classify", path, "--decoder", file)
     assert theirs.exit_code != 0 and "touch.csv to 'yours'" in str(theirs.exception)
@@ -209,7 +214,7 @@ int main(void) {
       return 0;
     }
     which = feeler_push(&touch, angle);
-    if (which >= 0) { last = which; answers++; }
+    if (which != -1) { last = which; answers++; }
   }
 }"""
     (tmp_path / "main.c").write_text(program)
@@ -219,9 +224,8 @@ int main(void) {
     for recording, label in zip(*touched, strict=True):
         values = side * recording.values
         text = "\n".join(" ".join(f"{x:.9g}" for x in row) for row in values.T)
-        done = subprocess.run(
-            [tmp_path / "b"], input=text, capture_output=True, text=True, check=True
-        )
+        how = {"capture_output": True, "text": True, "check": True}
+        done = subprocess.run([tmp_path / "b"], input=text, **how)
         head, body = done.stdout.splitlines()
         which, answers = map(int, head.split())
         assert answers == 1
@@ -230,6 +234,12 @@ int main(void) {
         found = side * np.array(body.split(), dtype=float)
         np.testing.assert_allclose(found, means, atol=2e-5)
         assert which == np.argmax(weights @ means + np.array(bias, dtype=float))
+        felt = int(np.argmax(np.abs(values).sum(axis=0)))
+        for at, expected in ((0, which), (felt, -2)):  # a NaN at rest, and in the touch
+            rows = text.splitlines()
+            rows[at] = "nan " + rows[at].partition(" ")[2]
+            done = subprocess.run([tmp_path / "b"], input="\n".join(rows), **how)
+            assert done.stdout.split()[:2] == [str(expected), "1"]
         right += names[which] == json.dumps("{} {:g} {:g}".format(*label))
     assert right >= 3 and re.search(rf"FEELER_CLASSES {len(names)}\b", header)
 

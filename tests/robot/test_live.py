@@ -251,7 +251,7 @@ def test_the_command_takes_a_unit_and_refuses_what_none_of_its_lines_can_be(run,
     with pytest.raises(InvalidInput, match="more than half a turn"):
         raise run("\n".join(write(recording, 1e3))).exception
     with pytest.raises(
-        InvalidInput, match=r"none of 3 lines is a sample; of the latest: .* got 2"
+        InvalidInput, match=r"3 of 3 lines are no samples; of the latest: .* got 2"
     ):
         raise run("header a\n1,2\n1,2\n1,2\n").exception
     with pytest.raises(

@@ -393,3 +393,23 @@ def test_absent_channels_that_may_be_hinges_or_sensors_are_refused(tmp_path):
             continue
         found = load_recording(path, **how)
         assert np.flatnonzero(np.isfinite(found.values).all(axis=1)).tolist() == there
+
+
+def test_noise_alone_is_named_where_a_hinge_further_out_moves():
+    rng, time = np.random.default_rng(4), np.arange(600.0)
+    noise = 0.002 * rng.normal(size=(4, 600))
+    wave = np.array([1, 0, 1, 0])[:, None] * 0.2 * np.sin(time / 40)
+    said = repair(Recording(time=time, values=noise + wave)).history[-1]
+    assert said == "hinge 2: noise alone, while hinge 3 moves: broken?"
+    still = repair(Recording(time=time, values=noise)).history
+    assert not any("noise" in line for line in still)
+
+
+def test_holes_of_all_channels_are_said_once_and_no_usable_channel_is_refused():
+    time = np.delete(np.arange(600.0), slice(100, 150))
+    recording = Recording(time=time, values=np.sin(time / 40) * np.ones((3, 1)))
+    gaps = [line for line in repair(recording, gaps="bridge").history if "gaps" in line]
+    assert gaps == ["hinge 1, 2, 3: 1 gaps over 10 ms, bridged"]
+    dead = recording.replace(values=np.ones((3, time.size)))
+    with pytest.raises(InvalidInput, match="no channel is usable: hinge 1 is dead"):
+        repair(dead, bad_channels="missing")

@@ -79,7 +79,7 @@ def test_nothing_is_extrapolated_in_silence():
             lambda h, a, c: (h, np.where(h == 2, 0.1, a), c),
             "hinge 2 has 180 readings at 1 angles",
         ),
-        (lambda h, a, c: (h, a, np.where(h == 3, 7.0, c)), "hinge 3 reads 7 at every angle"),
+        (lambda h, a, c: (h, a, np.where(h == 3, 7.0, c)), "hinge 3 reads 7 to 7, .*dead"),
         (lambda h, a, c: (h, a, np.where(h == 3, np.nan, c)), "must be complete"),
     ],
 )
@@ -257,3 +257,38 @@ def test_apply_inverts_the_readings_within_the_range():
     np.testing.assert_allclose(
         fit.apply((angle - OFFSET[:, None]) / SLOPE[:, None]), angle, atol=1e-10
     )
+
+
+def test_a_saturated_or_deaf_sensor_is_refused_by_its_hinge_and_one_bad_one_bends_no_other():
+    angle = np.tile(np.radians(np.arange(-60, 61, 10)), 2)
+    bent, noise = 900 - 400 * angle + 60 * angle**2, np.random.default_rng(1).normal(size=26)
+    hinge = np.repeat([1, 2], 26)
+    clipped = np.minimum(bent, 1000)
+    with pytest.raises(
+        InvalidInput, match=r"hinge 2 reads 1000 at all angles .*-20°: saturated"
+    ):
+        fit_sensors(hinge, np.tile(angle, 2), np.r_[bent, clipped])
+    with pytest.raises(InvalidInput, match=r"hinge 2 .* hardly follows its angle .*dead"):
+        fit_sensors(hinge, np.tile(angle, 2), np.r_[bent, 100 + noise])
+    rough = 900 - 400 * angle + 150 * noise
+    hinge, several = np.repeat([1, 2, 3], 26), np.tile(angle, 3)
+    fit = fit_sensors(hinge, several, np.r_[bent, rough, bent], curve="auto")
+    assert fit.curve != "line" and fit.residual[0] < fit.straight[0] / 3
+
+
+def test_a_bend_that_no_line_follows_is_no_hysteresis():
+    """One angle more on the way up, at which the line is far off."""
+    angle = np.radians([*range(-60, 61, 10), *range(50, -60, -10)])
+    fit = fit_sensors(np.ones(angle.size, int), angle, angle + 0.3 * angle**2)
+    assert abs(fit.hysteresis[0]) < 1e-9 < fit.residual[0]
+
+
+@pytest.mark.parametrize(
+    "heading", ["Hinge;Angle (deg);Field (uT)", "sensor;angle_deg;field_µT"]
+)
+def test_a_bench_table_of_magnetic_fields_is_read(tmp_path, heading):
+    rows = [f"{n};{a};{250 + 100 * n * a}" for n in (1, 2) for a in (-10, 0, 10)]
+    (tmp_path / "bench.csv").write_text("\n".join([heading, *rows]))
+    fit = load_calibration_table(tmp_path / "bench.csv")
+    assert fit.unit == "mT"
+    np.testing.assert_allclose(1 / fit.slope, [0.1 * 180 / np.pi, 0.2 * 180 / np.pi])

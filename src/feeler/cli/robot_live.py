@@ -110,7 +110,6 @@ def stream(
     if decoder is not None:
         robot.adopt(choose_decoder(decoder, robot, said, **how), antenna != "robot")
     lines = robot.load_lines(calibration)
-    robot.check_lines(lines)
     n = robot.antenna.sensors.size
     link, labels, readings = Link(n), {}, None
     if serial or source == "-":
@@ -176,7 +175,10 @@ class _Watch:
     def __iter__(self) -> Iterator[tuple[float | None, np.ndarray]]:
         for at, values in self._from:
             at_here = 1e3 * (time.monotonic() - self._began) if at is None else at
-            self._first = at_here if self._first is None else self._first
+            if self._first is None:
+                self._first = at_here
+                if at is None:
+                    typer.echo("lines hold no time: each is taken as 1 ms", err=True)
             self._span = max(self._span, at_here - self._first)
             self.samples += 1
             yield at, values
@@ -197,6 +199,7 @@ def _listen(
     source: str, serial: bool, baud: int, timeout: float, link, n: int, time_unit: str | None
 ):
     """Times and values as they arrive; what arrives before they are asked for waits."""
+    from feeler.cli.app import put_in_shell
     from feeler.robot.recordings import find_time_factor
     from feeler.robot.stream import open_serial, read_lines, read_samples
 
@@ -228,7 +231,8 @@ def _listen(
                 typer.echo(f"connected to {source} anew; a new touch begins", err=True)
             yield line
             if link.broken >= due:
-                typer.echo(f"{link.broken} broken lines so far; {link.fault}", err=True)
+                said = f"{link.broken} broken lines so far; {link.fault}"
+                typer.echo(put_in_shell(said), err=True)
                 due = 10 * due
 
     return read_samples(give(), n, link, factor)
@@ -301,12 +305,13 @@ def _decode(touch, watch, every: int, say) -> tuple[Any, Exception | None]:
         if not touch.kept:
             raise
         return touch.end(), error
-    if link.broken > 1 and watch.samples < 2:
-        raise InvalidInput(
-            f"none of {link.broken + watch.samples} lines is a sample; of the latest: {link.fault}"
-            " Is this the antenna whose sensors the board has, and its baud rate?"
-        )
     state = touch.end()
+    untouched = state is None or state.since_contact < 0
+    if untouched and link.broken > max(watch.samples, 1):
+        raise InvalidInput(
+            f"{link.broken} of {link.broken + watch.samples} lines are no samples; of the latest:"
+            f" {link.fault} Is this the antenna whose sensors the board has, and its baud rate?"
+        )
     if state is not None and state.since_contact >= 0 and said is not None:
         before, now = _describe_state(said), _describe_state(state)
         if before["label"] != now["label"] or before["probability"] != now["probability"]:

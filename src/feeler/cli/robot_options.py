@@ -98,7 +98,7 @@ class Robot:
 
         file = load_robot(name) if is_robot_file(name) else None
         self.antenna = file.antenna if file else choose_antenna(name)
-        self.name = file.name if file else name
+        self.named, self.name = (file.name, file.name) if file else ("", name)
         self.decoder: Any = None
         self.theory = file.theory if file else self.antenna
         self.calibration = file.calibration if file else None
@@ -126,20 +126,28 @@ class Robot:
         }
 
     def load_lines(self, calibration: Path | None) -> Any:
-        """The calibration of a file, else of the robot's, else of its decoder; None without."""
+        """The calibration of a file, else of the robot's, else of its decoder; None without. One of
+        another number of channels is refused, one of another robot is said.
+        """
         from feeler.robot import load_calibration
 
-        path = calibration or self.calibration
-        kept = self.decoder.calibration if self.decoder else None
-        return kept if path is None else load_calibration(path)
-
-    def check_lines(self, lines: Any) -> None:
-        """Refuse a calibration of more or fewer channels than the antenna has sensors."""
-        n = self.antenna.sensors.size
-        if lines is not None and lines.n_hinges != n:
+        path, n = calibration or self.calibration, self.antenna.sensors.size
+        if path is None:
+            return self.decoder.calibration if self.decoder else None
+        lines = load_calibration(path)
+        if lines.n_hinges != n:
             raise InvalidInput(
-                f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
+                f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors. Is"
+                " the robot's file given (--antenna)?"
             )
+        if self.decoder is not None:
+            self.decoder.check_robot(lines.robot, path.name)
+        elif self.named and lines.robot not in ("", self.named):
+            typer.echo(
+                f"the calibration is of robot {lines.robot!r}, the antenna is {self.named!r}",
+                err=True,
+            )
+        return lines
 
     def load(self, path, lines: Any, outside: str, bad_channels: str, **units: Any) -> Any:
         """A recording as angles; ``lines`` are the sensors' calibration."""

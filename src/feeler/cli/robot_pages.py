@@ -249,7 +249,7 @@ def _answer(answer: Answer) -> str:
     """The best label; of a touch like none that was learned, only what is nearest."""
     words = name_touch(answer.label)
     unlike = f"unlike any touch known ({answer.strangeness:.3g} × the limit); nearest: {words}"
-    return unlike if answer.strange else words
+    return "; ".join([unlike if answer.strange else words, *answer.remarks])
 
 
 def _name(answer: Answer) -> str:

@@ -210,7 +210,8 @@ def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
 
 def _say_making(found: DesignOutcome, section: Section, tolerance: list[Score]) -> None:
     section.heading("As flexures")
-    strips = make_strips(found.best)
+    made = found.plan.constraints
+    strips = make_strips(found.best, made)
     rows = [
         [
             k + 1,
@@ -220,13 +221,15 @@ def _say_making(found: DesignOutcome, section: Section, tolerance: list[Score]) 
         ]
         for k in range(found.best.n_segments)
     ]
-    broken = int(np.sum((strips.width > WIDEST) | (strips.width < strips.length)))
+    low, high = made.width or (made.hinge_length, WIDEST)
+    broken = int(np.sum((strips.width > high) | (strips.width < low)))
     note = f" {broken} of them cannot be cut from any such sheet." if broken else ""
     section.table(
         ["hinge", "stiffness [N·mm/rad]", "width [mm]", "sheet [mm]"],
         rows,
-        "Polyimide strips 0.5 mm long, w = 12 k ℓ / (E t³), of the thickest sheet sold that fits."
-        + note,
+        f"Strips {made.hinge_length:g} mm long and {low:g} to {high:g} mm wide, of"
+        f" {made.modulus:g} MPa, w = 12 k ℓ / (p1 E t³) with p1 = {made.stiffness_factor:g}, of the"
+        f" thickest sheet that fits.{note}",
     )
     errors: Any = np.array([one.errors for one in tolerance])
     bits: Any = np.array([one.bits for one in tolerance])

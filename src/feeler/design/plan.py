@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from annotated_types import Len
 
 from feeler.antenna.files import Source, load_antenna, save_antenna
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.design.search import (
     SEARCHES,
-    SHEETS,
     Constraints,
     DesignProblem,
     Optimum,
@@ -36,7 +34,6 @@ from feeler.provenance import compute_digest
 from feeler.records import Gt, Record, Shown
 from feeler.renamed import rename_antenna
 from feeler.robot.description import (
-    ROBOT_FACTS,
     Flexures,
     RobotFile,
     is_robot_file,
@@ -49,28 +46,29 @@ from feeler.validation import Count, Seed, checked, show
 # little wrong.
 
 WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
+_NO_CONSTRAINTS = Constraints()
 
 
 @checked
-def make_strips(
-    antenna: Antenna,
-    length: Annotated[float, Gt(0)] = 0.5,
-    sheets: Annotated[tuple[Annotated[float, Gt(0)], ...], Len(1)] = SHEETS,
-) -> Flexures:
-    """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (E
-    t³).
+def make_strips(antenna: Antenna, constraints: Constraints = _NO_CONSTRAINTS) -> Flexures:
+    """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (p1 E
+    t³), with ``hinge_length`` ℓ, ``stiffness_factor`` p1, ``modulus`` E and ``sheets`` t of the
+    constraints.
 
-    Each hinge takes the thickest sheet of which a strip at least ``length`` wide is soft enough, so
-    that widths can be cut; otherwise the thinnest.
+    Each hinge takes the thickest sheet of which a strip within ``width`` (default: from ℓ to 20 mm)
+    is soft enough; where there is none, the sheet whose strip is nearest to that.
     """
     require_plane(antenna, "cutting flexures from sheets")
-    modulus, stocks = ROBOT_FACTS["modulus"].number, np.array(sorted(sheets))
-    widths = 12 * antenna.stiffness[:, None] * length / (modulus * stocks**3)
-    fits = (widths >= length) & (widths <= WIDEST)
+    length, modulus = constraints.hinge_length, constraints.modulus
+    low, high = constraints.width or (length, WIDEST)
+    stocks = np.array(sorted(constraints.sheets))
+    strip = constraints.stiffness_factor * modulus * stocks**3
+    widths = 12 * antenna.stiffness[:, None] * length / strip
+    fits = (widths >= low) & (widths <= high)
     chosen = np.where(
         fits.any(axis=1),
         fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1),
-        np.abs(np.log(widths / np.sqrt(length * WIDEST))).argmin(axis=1),  # nearest to cut
+        np.abs(np.log(widths / np.sqrt(low * high))).argmin(axis=1),  # nearest to cut
     )
     hinges = np.arange(antenna.n_segments)
     return Flexures(
@@ -112,7 +110,6 @@ def measure_tolerance(
 # Plans: one TOML file says what is to be discriminated, which antennas may be tried, what they
 # must keep, and how to search.
 
-_NO_CONSTRAINTS = Constraints()
 _SEARCH = {
     "method": str,
     "evaluations": int,
@@ -233,8 +230,6 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
 
 def _describe_flexures(robot: RobotFile) -> dict[str, float]:
     """What the constraint ``width`` needs of a robot whose flexures differ in width alone."""
-    if robot.hinges is None:
-        return {}
     modulus, length = (np.unique(v) for v in (robot.hinges.modulus, robot.hinges.length))
     found = {"stiffness_factor": robot.factors.stiffness}
     found |= {"modulus": float(modulus[0])} if modulus.size == 1 else {}

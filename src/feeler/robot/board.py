@@ -84,7 +84,8 @@ _HEADER = """\
    are classified correctly. Angles are in rad, one sample each ms, base to tip.
 
    static feeler_touch touch;                     all zero at the start
-   int which = feeler_push(&touch, angle);        < 0: not yet; else feeler_names[which]
+   int which = feeler_push(&touch, angle);        -1: not yet; -2: not known, as an angle of the
+                                                  touch was no number; else feeler_names[which]
    feeler_reset(&touch);                          before the next touch                       */
 #ifndef FEELER_DECODER_H
 #define FEELER_DECODER_H
@@ -116,6 +117,7 @@ static inline void feeler_reset(feeler_touch *touch) {{ memset(touch, 0, sizeof 
 static int feeler_notice(feeler_touch *touch, const float *angle) {{
   float away, most = 0;
   int n;
+  for (n = 0; n < FEELER_SENSORS; n++) if (isnan(angle[n])) return 0;
   if (!touch->begun) memcpy(touch->level, angle, sizeof touch->level);
   touch->begun = 1;
   for (n = 0; n < FEELER_SENSORS; n++) most = fmaxf(most, fabsf(angle[n] - touch->level[n]));
@@ -149,6 +151,7 @@ static inline int feeler_push(feeler_touch *touch, const float angle[FEELER_SENS
     score = feeler_bias[c];
     for (k = 0; k < FEELER_BINS * FEELER_SENSORS; k++)
       score += sign * feeler_weights[c][k] * touch->mean[k];
+    if (isnan(score)) return -2;
     if (c == 0 || score > top) {{ top = score; best = c; }}
   }}
   return best;

@@ -5,6 +5,7 @@ one recording.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
@@ -498,6 +499,8 @@ def make_classifier(
 
 # What a classifier says of one recording, how sure it is, and what the recording's notes say.
 
+_REST = 0.2  # [C] of a touch's peak, below which the tip is at rest again
+
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
@@ -515,7 +518,7 @@ class Answer:
         Squared distance to the nearest class over the limit; > 1: unlike any touch that was
         learned.
     missing : str
-        What of the recording is not there, in words; empty where nothing is.
+        What of the recording is not there or was not judged, in words; empty where nothing is.
     without : tuple[int, ...]
         Numbers of the sensors, from 1 at the base, that have no value: the others were judged.
     mirrored : bool
@@ -556,6 +559,16 @@ class Answer:
         wrong = [part for part, right in self.right.items() if not right]
         return f"wrong: {', '.join(wrong)}" if wrong else "right" * bool(self.truth)
 
+    @property
+    def remarks(self) -> list[str]:
+        """What must be known beside it: mirrored, cut short, without some sensors."""
+        said = ["bent to the negative side: judged by its mirror image"] * self.mirrored
+        said += [self.missing] if self.missing else []
+        gone = ", ".join(map(str, self.without))
+        return said + (
+            [f"judged without sensor {gone}, which gave no usable value"] if gone else []
+        )
+
     def __str__(self) -> str:
         words = name_touch(self.label)
         if self.strange:
@@ -567,11 +580,7 @@ class Answer:
                 f" ({self.probability:.0%}); then {name_touch(self.runner_up)}"
                 f" ({self.runner_up_probability:.0%})"
             )
-        words += "\n  bent to the negative side: judged by its mirror image" * self.mirrored
-        words += f"\n  {self.missing}" if self.missing else ""
-        if self.without:
-            gone = ", ".join(map(str, self.without))
-            words += f"\n  judged without sensor {gone}, which gave no usable value"
+        words = "\n  ".join([words, *self.remarks])
         if not self.truth:
             return words
         verdict = self.verdict.replace("wrong", "WRONG")
@@ -631,6 +640,8 @@ def judge_recording(
     if until is not None:
         missing = f"{AFTER} ms after the first peak are needed; here {held}"
         missing += ", and no peak: the largest deflection stands for it" if early else ""
+    elif again := _find_next_touch(tip, peak):
+        missing = f"the tip is pushed again {again - peak} ms after its first peak: not judged"
     # The answer to one aligned tensor (sensor, time), of which the samples before until
     # [ms] count; notes are Recording.labels.
     probability = classifier.predict_proba(tensor[None], until)[0]
@@ -652,7 +663,10 @@ def judge_recording(
         strangeness=float(classifier.measure_strangeness(tensor[None], until)[0])
         if felt
         else 0.0,
-        missing=missing if felt else "",
+        missing=missing
+        if felt
+        else f"the tip moves by {np.nanmax(np.abs(tip), initial=0.0):.2g} mm, less than"
+        f" {MIN_DEFLECTION:g} mm",
         probabilities=dict(zip(classifier.classes_, map(float, probability), strict=True))
         if felt
         else {},
@@ -661,6 +675,16 @@ def judge_recording(
     without = tuple(map(int, gone)) if answer.label != NO_CONTACT else ()
     mirrored = mirrored and answer.label != NO_CONTACT
     return replace(answer, mirrored=mirrored, without=without), tensor
+
+
+def _find_next_touch(tip: np.ndarray, peak: int) -> int:
+    """The sample at which the tip leaves its rest again after a touch with this peak; 0: none."""
+    pushed: Any = (
+        np.flatnonzero(np.abs(tip[peak:]) > _REST * tip[peak]) + peak if peak >= 0 else []
+    )
+    again = [b for a, b in pairwise(pushed) if b - a > AFTER / 2]
+    strong = again and np.nanmax(np.abs(tip[again[0] :])) > 0.5 * tip[peak]
+    return int(again[0]) if strong else 0
 
 
 def name_notes(labels: Mapping[str, str | float]) -> str:

@@ -160,7 +160,11 @@ def fit_factors(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
     release = _find_release(recording)
-    factors, best = _solve_factors(target, theory), None
+    # Closed form: with k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω
+    # grows with √p1.
+    omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
+    p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
+    factors, best = np.array([p1, 2 * target.damping_ratio * p1 / omega]), None
     for count in range(1, _MAX_UPDATES + 1):
         antenna = theory.replace(
             stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness
@@ -219,17 +223,6 @@ def compare_tips(
         after, np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
     )
     return np.array([recorded - recorded[-max(recorded.size // 4, 2) :].mean(), model])
-
-
-@checked
-def _solve_factors(target: DampedCosine, theory: Antenna) -> np.ndarray:
-    """Closed form of (p1, p2): the linear model's first mode rings as the target does.
-
-    With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
-    """
-    omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
-    p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
-    return np.array([p1, 2 * target.damping_ratio * p1 / omega])
 
 
 def _find_release(recording: Recording) -> tuple[np.ndarray, float]:

@@ -25,7 +25,14 @@ from feeler.robot.sensors import (
 )
 from feeler.robot.stream import unwrap_clock
 from feeler.sandbox import Limits
-from feeler.tables import TIME_UNITS, Table, find_times, read_table, sniff_columns
+from feeler.tables import (
+    TIME_UNITS,
+    Table,
+    find_times,
+    read_table,
+    sniff_columns,
+    split_unit,
+)
 from feeler.tensors.bags import choose_names, describe_bag, find_bag, read_bag, sort_names
 from feeler.tensors.formats import Format
 from feeler.validation import checked
@@ -40,6 +47,8 @@ _QUANTITIES = {
     "counts": "capacitance",
     "mV": "voltage",
     "ohm": "resistance",
+    "mT": "field",
+    "ustrain": "strain",
 }
 _UNITS = {**{name: ("rad", factor) for name, factor in ANGLE_UNITS.items()}, **READING_UNITS}
 _CHANNEL = re.compile(
@@ -66,7 +75,8 @@ class Recording(Record):
     quantity : str
         ``angle``, or what the sensors read instead of it.
     unit : str
-        ``rad``, ``pF``, ``counts``, ``mV`` or ``ohm``; empty for that of the quantity.
+        ``rad``, ``pF``, ``counts``, ``mV``, ``ohm``, ``mT`` or ``ustrain``; empty for that of the
+        quantity.
     robot : str
         Name of the robot; empty where it is not known.
     velocity, effort : np.ndarray | None
@@ -555,9 +565,9 @@ ROBOT_FILES = {
         words="readings of a robot's sensors at known angles",
         kind="bench",
         detect=lambda path, start: (
-            {"hinge", "angle"} <= {name.partition("_")[0] for name in sniff_columns(start)}
+            {"hinge", "angle"} <= {split_unit(name)[0].lower() for name in sniff_columns(start)}
         ),
-        load=lambda path, limits, trusted: load_calibration_table(path),
+        load=lambda path, limits, trusted: load_calibration_table(path, curve="auto"),
         tell=_describe_calibration,
     ),
     "calibration": Format(

@@ -25,6 +25,7 @@ _FLAT_RUN = (
 _FLAT_SHARE = 0.1  # [C] … a tenth of the recording, …
 _FLAT_LONG = 100  # [C] … or 100 in any case (hysteresis rests too), …
 _FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the median
+_MOVES, _NOISE = 0.1, 0.5  # [C] of white noise's roughness: less is motion, more is noise alone
 
 
 @checked
@@ -102,9 +103,13 @@ def repair(
     grid = np.arange(count) * interval
     words = [_describe_time(time, interval)]
     values = np.empty((recording.n_sensors, count))
+    said: dict[str, list[str]] = {}
     for row, channel in enumerate(recording.values):
-        values[row], said = _mend(time - time[0], channel, grid, max_gap, gaps, row + 1)
-        words += said
+        values[row], found = _mend(time - time[0], channel, grid, max_gap, gaps, row + 1)
+        for line in found:
+            said.setdefault(line, []).append(str(row + 1))
+    words += [f"hinge {', '.join(rows)}: {line}" for line, rows in said.items()]
+    words += _name_noise(recording.values)
     beside = {
         name: np.array([_resample(time - time[0], row, grid) for row in found])
         for name in ("velocity", "effort")
@@ -130,7 +135,9 @@ def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
     if not bad:
         return recording
     words = "; ".join(f"hinge {number} is {why}" for number, why in bad.items())
-    if bad_channels == "refuse" or len(bad) == recording.n_sensors:
+    if len(bad) == recording.n_sensors:
+        raise InvalidInput(f"no channel is usable: {words}. Record again.")
+    if bad_channels == "refuse":
         raise InvalidInput(
             f"bad channels: {words}. Record again, leave them out with bad_channels='missing', or"
             " describe the robot without these sensors."
@@ -202,10 +209,26 @@ def _mend(
         mended[inside & ~exact] = np.nan
     if long.any():
         done = "kept" if gaps == "keep" else "bridged"
-        said.append(f"hinge {number}: {int(long.sum())} gaps over {max_gap:g} ms, {done}")
+        said.append(f"{int(long.sum())} gaps over {max_gap:g} ms, {done}")
     if not known.all():
-        said.append(f"hinge {number}: {int((~known).sum())} missing values")
+        said.append(f"{int((~known).sum())} missing values")
     return mended, said
+
+
+def _name_noise(values: np.ndarray) -> list[str]:
+    """Channels that hold noise alone while one further out moves, which a touch cannot do; by the
+    mean square of their steps over twice their variance: 1 for white noise.
+    """
+    rough = np.full(len(values), np.nan)
+    for row, channel in enumerate(values):
+        known = channel[np.isfinite(channel)]
+        if known.size > 1 and np.ptp(known) > 0:
+            rough[row] = np.mean(np.diff(known) ** 2) / (2 * np.var(known))
+    last = max(np.flatnonzero(rough < _MOVES), default=-1)
+    still = ", ".join(map(str, np.flatnonzero(rough[: last + 1] > _NOISE) + 1))
+    return (
+        [f"hinge {still}: noise alone, while hinge {last + 1} moves: broken?"] if still else []
+    )
 
 
 # Recordings as the same Dataset that simulations give.

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from sklearn.isotonic import IsotonicRegression
+from sklearn.isotonic import isotonic_regression
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record, parse_json, read_bytes, writing
@@ -35,13 +35,20 @@ READING_UNITS = {
     "V": ("mV", 1e3),
     "ohm": ("ohm", 1.0),
     "kohm": ("ohm", 1e3),
+    "mT": ("mT", 1.0),
+    "uT": ("mT", 1e-3),
+    "µT": ("mT", 1e-3),
+    "ustrain": ("ustrain", 1.0),
 }
 """Units of what sensors read: the unit in which it is kept, and the factor to it."""
-_READINGS = ("capacitance", "voltage", "resistance", "reading")
+_READINGS = ("reading", "capacitance", "voltage", "resistance", "field", "strain")
+_NUMBERED = ("hinge", "sensor", "channel", "joint")  # what the channels of a table are called
 
 
 CURVES = ("line", "quadratic", "cubic", "spline")
 """What angle may be of a reading: polynomials, or a monotone cubic spline (PCHIP)."""
+_FOLLOWS = 0.5  # [C] R² of a sensor's line, below which it does not measure its hinge
+_FLAT = 3  # [C] angles in a row at one end, from which on equal readings are saturated
 _LEVELS = dict(zip(CURVES, (3, 4, 5, 5), strict=True))  # [C] least angles to be cross-validated
 _BETTER = 0.9  # [C] of a simpler curve's error: what a more flexible one must reach
 _KNOTS = 33  # [C] of the table in which a curve is kept
@@ -77,7 +84,7 @@ class SensorCalibration(Record):
     robot : str
         Name of the robot the lines belong to; empty where unknown.
     unit : str
-        Unit of the readings: pF, mV, ohm, or counts for uncalibrated electronics.
+        Unit of the readings: pF, mV, ohm, mT, ustrain, or counts for uncalibrated electronics.
     curve : str
         ``line``, or the curve that is used in its stead: ``quadratic``, ``cubic``, ``spline``.
     readings, angles : np.ndarray | None
@@ -208,13 +215,16 @@ class SensorCalibration(Record):
         head = f"{'°/' + self.unit:>9}"
         rows = [
             f"hinge{head}      R²   residual °   cross-validated °   resolution °   drift °/min"
+            "   angles °"
         ]
+        ends = np.array([self.low, self.high]).T
+        spans = np.rad2deg(np.sort(self.apply(ends), axis=1))
         per_minute = self.drift * 6e4
         columns = (self.slope, self.residual, self.cross_validated, self.resolution, per_minute)
         for n, (slope, rms, cv, resolution, drift) in enumerate(np.rad2deg(columns).T):
             rows.append(
                 f"{n + 1:5d} {slope:8.3g} {self.r_squared[n]:7.4f} {rms:12.3f} {cv:19.3f}"
-                f" {resolution:14.3f} {drift:13.3g}"
+                f" {resolution:14.3f} {drift:13.3g}   {spans[n, 0]:.2f} to {spans[n, 1]:.2f}"
             )
         return "\n".join(rows)
 
@@ -283,8 +293,8 @@ def fit_sensors(
     Raises
     ------
     InvalidInput
-        A hinge with fewer than 3 readings or 2 angles, a reading that does not change with the
-        angle, missing hinges.
+        A hinge with fewer than 3 readings or 2 angles, readings that hardly follow the angle or
+        are saturated, missing hinges.
     """
     hinge, angle, capacitance = (
         np.asarray(v, dtype=float) for v in (hinge, angle, capacitance)
@@ -328,15 +338,15 @@ def fit_sensors(
 
 
 def _choose_curve(each: list[tuple[np.ndarray, np.ndarray]]) -> str:
-    """The simplest curve whose cross-validated error, over all hinges, is within a tenth of the
-    best.
+    """The simplest curve whose cross-validated error, of the hinge in the middle, is within a tenth
+    of the best.
     """
     errors = {}
     for curve in CURVES:
         found = [_leave_one_angle_out(curve, *pair) for pair in each]
         rising = all(_is_monotone(curve, *pair) for pair in each)
         if np.isfinite(found).all() and rising:
-            errors[curve] = float(np.sqrt(np.mean(np.square(found))))
+            errors[curve] = float(np.median(found))
     best = min(errors.values(), default=0.0)
     return next((curve for curve, error in errors.items() if _BETTER * error <= best), "line")
 
@@ -374,26 +384,41 @@ def _fit_curve(
         levels = np.unique(np.round(angle, 9))
         means = np.array([reading[np.round(angle, 9) == level].mean() for level in levels])
         order = np.argsort(means)
-        rising = IsotonicRegression(increasing="auto").fit(means[order], levels[order])
+        rising = isotonic_regression(
+            levels[order], increasing=bool(np.corrcoef(means, levels)[0, 1] > 0)
+        )
         knots, first = np.unique(means[order], return_index=True)
-        return _join(knots, rising.predict(means[order])[first])
+        return _join(knots, rising[first])
     centre, half = reading.mean(), np.ptp(reading) / 2
     line = np.polyfit((reading - centre) / half, angle, CURVES.index(curve) + 1)
     return lambda at: np.polyval(line, (at - centre) / half)
 
 
 def _check_hinge(number: int, angle: np.ndarray, capacitance: np.ndarray) -> None:
-    """Refuse too few readings, or ones that do not change."""
+    """Refuse too few readings, ones that hardly follow the angle, and saturated ones."""
     levels = np.unique(np.round(angle, 9))
     if angle.size < _MIN_READINGS or levels.size < 2:
         raise InvalidInput(
             f"hinge {number} has {angle.size} readings at {levels.size} angles; a line needs"
             f" {_MIN_READINGS} at 2."
         )
-    if _is_flat(capacitance):
+    follows = 0.0 if _is_flat(capacitance) else np.corrcoef(angle, capacitance)[0, 1] ** 2
+    if follows < _FOLLOWS:
         raise InvalidInput(
-            f"hinge {number} reads {capacitance[0]:g} at every angle: a dead or unconnected sensor."
+            f"hinge {number} reads {capacitance.min():g} to {capacitance.max():g}, which hardly"
+            f" follows its angle (R² {follows:.2g}): a dead or unconnected sensor, or one that"
+            " rises and falls. Mend it, or describe the robot without it."
         )
+    for end in (capacitance.min(), capacitance.max()):
+        stuck = [
+            level for level in levels if np.all(capacitance[np.isclose(angle, level)] == end)
+        ]
+        if len(stuck) >= _FLAT:
+            low, high = np.rad2deg([min(stuck), max(stuck)])
+            raise InvalidInput(
+                f"hinge {number} reads {end:g} at all angles from {low:g}° to {high:g}°: saturated."
+                " Leave these rows out, or calibrate with less gain."
+            )
 
 
 def _fit_one(
@@ -415,8 +440,9 @@ def _fit_one(
     way[0] = 0
     last = np.maximum.accumulate(np.where(way != 0, np.arange(way.size), 0))
     way = way[last]
-    both = [residual[way == sign] for sign in (1, -1)]
-    two_ways = min(map(len, both)) > 0
+    at = [np.round(angle, 9) == level for level in np.unique(np.round(angle, 9))]
+    both = [[residual[here & (way == sign)] for sign in (1, -1)] for here in at]
+    wide = [up.mean() - down.mean() for up, down in both if up.size and down.size]
     return {
         "slope": slope,
         "offset": offset,
@@ -428,7 +454,7 @@ def _fit_one(
         "drift": _trend(time, residual),
         "r_squared": 1 - residual.var() / angle.var(),
         "straight": np.sqrt(np.mean(straight**2)),
-        "hysteresis": both[0].mean() - both[1].mean() if two_ways else float("nan"),
+        "hysteresis": np.mean(wide) if wide else float("nan"),
     }
 
 
@@ -480,9 +506,9 @@ def load_calibration_table(
 ) -> SensorCalibration:
     """Fit the lines, or curves (see :func:`fit_sensors`), to a CSV table of a calibration bench.
 
-    Columns are ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``, ``_counts``,
-    ``voltage_mV``, ``resistance_ohm``) and optionally ``time_ms``; a note ``# robot: NAME`` names
-    the robot.
+    Columns are ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``reading_counts``,
+    ``voltage_mV``, ``resistance_ohm``, ``field_uT``, ``strain_ustrain``) and optionally
+    ``time_ms``; a note ``# robot: NAME`` names the robot.
     """
     table = read_table(path, max_bytes=MAX_BYTES, words=True)
     angle, _ = table.quantity(("angle",), ANGLE_UNITS)
@@ -490,8 +516,9 @@ def load_calibration_table(
     capacitance, unit = table.quantity(_READINGS, units)
     clock = next((pair for pair in find_times(table.columns).items() if pair[1]), None)
     time = None if clock is None else table.column(clock[0]) * TIME_UNITS[clock[1]]
+    numbers = next((name for name in table.columns if name.lower() in _NUMBERED), "hinge")
     return fit_sensors(
-        table.column("hinge"),
+        table.column(numbers),
         angle,
         capacitance,
         time=time,

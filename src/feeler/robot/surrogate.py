@@ -228,10 +228,6 @@ class _Sensing:
             "time": np.arange(n * angles.size) * _BENCH_INTERVAL,
         }
 
-    def calibrate(self, rng: np.random.Generator, robot: str) -> SensorCalibration:
-        """The lines that a user of this robot would fit to a bench table."""
-        return fit_sensors(**self.bench(rng), robot=robot)
-
 
 def _draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> _Sensing:
     """Channels drawn at random."""
@@ -365,7 +361,7 @@ def make_surrogate(
     return Surrogate(
         antenna=_add_mount(antenna, gap).replace(name=name),
         sensing=sensing,
-        calibration=sensing.calibrate(rng, name),
+        calibration=fit_sensors(**sensing.bench(rng), robot=name),
         gap=gap,
         name=name,
         rng=rng,
