@@ -144,9 +144,11 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
         True for similarities (Pearson, SSIM, NMI), False for distances (MSE).
     """
     matrix = np.asarray(matrix, dtype=float)
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < 2:
+    square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] >= 2
+    if not square or np.isnan(matrix).any():
         raise InvalidInput(
-            f"expected a square matrix of at least 2 tensors, got shape {matrix.shape}."
+            "expected a square matrix of at least 2 tensors without NaN, got shape"
+            f" {matrix.shape}."
         )
     score = matrix.copy() if greatest else -matrix
     np.fill_diagonal(score, -np.inf)

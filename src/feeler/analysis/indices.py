@@ -10,7 +10,7 @@ from feeler.compiled import compiled
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.records import Record, Registry
-from feeler.tensors.transforms import label_like, refuse_masked, stack_planes
+from feeler.tensors.transforms import SQUARED, check_squares, label_like, refuse_masked, stack_planes
 from feeler.validation import checked
 
 # Dispersion indices: ways to say how alike two tensors are.
@@ -257,6 +257,7 @@ def _make_mse(array: np.ndarray) -> Block:
 
     Pairs that are nearly identical are subtracted directly.
     """
+    check_squares(array)
     size = array[0].size
 
     def compute(rows: slice, columns: slice) -> np.ndarray:
@@ -484,8 +485,10 @@ def _make_ssim(
     """SSIM of two slices of a set."""
     if border not in _BORDERS:
         raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
-    if not data_range > 0:
-        raise InvalidInput(f"data_range must be > 0, got {data_range}.")
+    if not SQUARED[0] <= data_range <= SQUARED[1]:
+        raise InvalidInput(
+            f"data_range must be > 0, with a square that is a number, got {data_range}."
+        )
     window = 2 * _RADIUS + 1
     if border == "interior" and min(array.shape[1:]) < window:
         raise InvalidInput(

@@ -348,8 +348,8 @@ class PoissonObserver(Classifier):
 
         Warns where several of one label look like drawn spikes: of these it is not ideal.
         """
-        rates = _check_rasters(X)
-        check_labels(rates, y)
+        rates = self._read(X, "Hz")
+        y = check_labels(rates, y)
         if not (self.step > 0 and self.floor >= 0):
             raise InvalidInput(
                 f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."
@@ -366,9 +366,23 @@ class PoissonObserver(Classifier):
         """Log-likelihoods (trial, class), up to what all share; −inf where a class is excluded."""
         self._require(X)
         end = None if until is None else count_until(X, until)
-        found = _weigh_rates(_check_rasters(X)[:, :, :end], self.known_[:, :, :end])
+        found = _weigh_rates(self._read(X, "1")[:, :, :end], self.known_[:, :, :end])
         with np.errstate(divide="ignore"):
             return logsumexp(found[:, None, :] + np.log(self.members_.T.astype(float)), axis=2)
+
+    def _read(self, X: Any, unit: str) -> np.ndarray:
+        """Rates or counts (trial, unit, time) in this unit, in steps of ``step``, as far as ``X``
+        says.
+        """
+        if "units" in getattr(X, "attrs", {}):
+            X = in_unit(X, unit)
+        time = np.asarray(X["time"] if "time" in getattr(X, "coords", ()) else ())
+        if time.size > 1 and not np.isclose(step := find_step(time), self.step, rtol=1e-3):
+            raise InvalidInput(
+                f"the samples are {step:g} ms apart, but step is {self.step:g} ms; give"
+                f" PoissonObserver(step={step:g})."
+            )
+        return _check_rasters(X)
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
         """Probabilities; NaN for a train that no known touch can give."""
