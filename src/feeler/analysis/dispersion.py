@@ -1,7 +1,7 @@
 """Dispersion of groups of tensors: closest matches, their average, and bootstrap intervals."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -80,9 +80,7 @@ def bootstrap_difference(
             f"paired values must match one to one, got shapes {a.shape} and {b.shape}."
         )
     mean = bootstrap_mean(a - b, rng, n_resamples=n_resamples, level=level)
-    return Interval(
-        estimate=mean.estimate, low=mean.low, high=mean.high, effect=_compute_effect(a - b)
-    )
+    return replace(mean, effect=_compute_effect(a - b))
 
 
 @checked

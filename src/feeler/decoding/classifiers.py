@@ -71,16 +71,14 @@ def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
         Not one for each trial, or of several kinds, None or NaN among them.
     """
     listed = getattr(values, "values", values)
-    if np.ndim(listed) > 1 and isinstance(listed, np.ndarray):
-        raise InvalidInput(f"{what} must be one for each trial, got shape {listed.shape}.")
     try:
         sound = all(one == one for one in sorted(set(listed)))
     except TypeError:
         sound = False
     if not sound:
         raise InvalidInput(
-            f"{what} must be texts or numbers, all of one kind and none missing, got"
-            f" {show(values)}."
+            f"{what} must be texts or numbers, one for each trial, all of one kind and none"
+            f" missing, got {show(values)}."
         )
     return list_classes([*listed])
 
@@ -544,10 +542,6 @@ class _FlatPipeline(Classifier, Pipeline):
                 "the tensors of each class are all the same: give some with noise, or a classifier"
                 " that is told the noise."
             ) from None
-        except ValueError as error:
-            if np.asarray(y).dtype.kind == "f":
-                error.add_note("Labels that are numbers with fractions are classes as texts.")
-            raise
 
     def predict(self, X: Any, until: float | None = None, **params: Any) -> Any:
         """The label of each trial; labelled where the tensors are."""

@@ -135,8 +135,10 @@ def warn_of_copies(
                 " copies. It takes each as known without noise, so it is no ideal observer of"
                 " them: fit it on the clean tensors."
             )
-            several = f"The label '{name}' has {different.sum()}."
-            warnings.warn(ModelValidityWarning(text, several), stacklevel=3)
+            warnings.warn(
+                ModelValidityWarning(text, f"The label '{name}' has {different.sum()}."),
+                stacklevel=3,
+            )
             return
 
 

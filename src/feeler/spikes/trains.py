@@ -15,6 +15,7 @@ from feeler.decoding.classifiers import (
     check_labels,
     count_until,
     make_lda,
+    number_labels,
     sort_classes,
 )
 from feeler.decoding.observers import warn_of_copies
@@ -299,9 +300,8 @@ class SpikeClassifier(Classifier):
                 " nothing to learn. Raise the gain, or give a later deadline."
             )
         self._keep(X, y)
-        fewest = min(self.n_components, len(codes) - 1, codes.shape[1])
         try:
-            self.classifier_ = make_lda(fewest).fit(codes, y)
+            self.classifier_ = make_lda(self.n_components).fit(codes, y)
         except InvalidInput as error:
             raise InvalidInput(
                 f"training trials of one label all have the same code {self.code!r}, and linear"
@@ -358,8 +358,9 @@ class PoissonObserver(Classifier):
         self.known_ = (rates + self.floor) * self.step * 1e-3
         self.shape_ = rates.shape[1:]
         self.classes_ = sort_classes(y)
-        classes = self.classes_.tolist()
-        self.members_ = np.array([[label == name for name in classes] for label in y])
+        self.members_ = number_labels(y, self.classes_)[:, None] == np.arange(
+            len(self.classes_)
+        )
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
