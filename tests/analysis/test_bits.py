@@ -108,6 +108,8 @@ def test_peaks():
     assert np.abs(scaled).max(axis=1) == pytest.approx([1, 1])
     with pytest.raises(InvalidInput, match="tensor 1 is zero"):
         scale_peaks(np.array([[1.0], [0.0]]))
+    with pytest.raises(InvalidInput, match="tensor 0 is zero everywhere, or not finite"):
+        scale_peaks(np.array([[np.nan, 2.0], [1.0, 0.0]]))
 
 
 def test_standard_errors_are_the_spread_over_repeated_draws():

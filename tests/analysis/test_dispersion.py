@@ -145,6 +145,7 @@ def test_one_common_factor_keeps_ratios():
         (lambda x: compute_dispersion(0 * x), "every tensor is zero"),
         (lambda x: search_closest(x, "cosine"), "pearson, ssim, mse, nmi"),
         (lambda x: find_closest(x[0]), "square matrix"),
+        (lambda x: find_closest(np.array([[1.0, np.nan], [np.nan, 1.0]])), "without NaN"),
     ],
 )
 def test_bad_input_is_refused(call, message):

@@ -146,3 +146,18 @@ def test_faster_is_earlier():
     shift = np.gradient(angle, axis=1) * (np.arange(80.0) - trial.lead) / 100
     late = slice(30, 78)
     assert np.corrcoef(found[:, late].ravel(), shift[:, late].ravel())[0, 1] > 0.98
+
+
+def test_what_is_confused_leaves_the_bounds_of_the_others():
+    """Against the inverse of the matrix of those that are told."""
+    rng = np.random.default_rng(3)
+    told = compute_fisher(rng.standard_normal((2, 9)), 1.0)
+    expected = np.sqrt(np.diag(np.linalg.inv(told)))
+    fisher = np.zeros((4, 4))
+    fisher[:2, :2], fisher[2:, 2:] = told, 5.0  # 2 and 3 only as their sum
+    assert compute_bounds(fisher) == pytest.approx([*expected, np.inf, np.inf])
+    fisher[3] = fisher[:, 3] = 0.0
+    assert compute_bounds(fisher) == pytest.approx([*expected, 1 / np.sqrt(5.0), np.inf])
+    for wrong in (np.nan, -1.0):
+        with pytest.raises(InvalidInput, match="negative in no direction"):
+            compute_bounds(np.diag([1.0, wrong]))

@@ -204,6 +204,8 @@ def test_input_that_is_no_set_of_tensors_is_refused(compute, tensors, message):
         (lambda x: compute_nmi(x, data_range=(1.0, 0.0)), "from low to high"),
         (lambda x: compute_nmi(x, common_zeros="no"), "keep, drop"),
         (lambda x: compute_mse(x, block=0), "block must be"),
+        (lambda x: compute_mse(x * 1e-170), "squares are numbers"),
+        (lambda x: compute_ssim(x * 1e-170, data_range=1e-170), "square that is a number"),
     ],
 )
 def test_options_out_of_range_are_refused(call, message):

@@ -284,3 +284,17 @@ def test_a_classifier_from_outside_is_asked_by_its_name():
             classifier.predict(tensors[:, :1])
     finally:
         CLASSIFIERS.unregister("nearest")
+
+
+@pytest.mark.parametrize("name", [one for one in ALL if one != "cnn"])
+def test_labels_are_of_one_kind_and_may_be_labelled_themselves(name):
+    """A 1 beside texts would be learned as the text "1", which no answer equals."""
+    tensors, labels = make_touches()
+    expected = clone(ALL[name]).fit(tensors, labels).predict_proba(tensors)
+    of_array = clone(ALL[name]).fit(tensors, xr.DataArray(labels, dims="trial"))
+    np.testing.assert_array_equal(of_array.predict_proba(tensors), expected)
+    for wrong in (["a", 1, 2.0], [None, "b", "c"], [np.nan, 1.0, 2.0]):
+        with pytest.raises(InvalidInput, match="all of one kind and none missing"):
+            clone(ALL[name]).fit(tensors, [wrong["abc".index(one)] for one in labels])
+    with pytest.raises(InvalidInput, match="12 tensors but 2 labels"):
+        of_array.score(tensors, ["a", "b"])

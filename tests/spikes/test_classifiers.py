@@ -160,3 +160,19 @@ def test_what_cannot_be_learned_is_refused():
         PoissonObserver().fit(make_rates()[0], list("ab"))
     with pytest.raises(InvalidInput, match="step must be > 0"):
         PoissonObserver(step=0).fit(*make_rates())
+
+
+def test_the_ideal_observer_takes_step_and_unit_from_labelled_rates():
+    """Expected counts are rate times step; samples 2 ms apart are none of 1 ms."""
+    rates, labels = make_rates()
+    coords = {"time": 2.0 * np.arange(1, 4)}
+    named = xr.DataArray(rates, coords, ("trial", "unit", "time"), attrs={"units": "Hz"})
+    counts = np.random.default_rng(1).poisson(rates * 2e-3)
+    expected = PoissonObserver(2.0).fit(rates, labels).predict_proba(counts)
+    for one in (named, (named / 1e3).assign_attrs(units="kHz")):
+        found = PoissonObserver(2.0).fit(one, labels).predict_proba(counts)
+        np.testing.assert_allclose(found, expected)
+    with pytest.raises(InvalidInput, match=r"2 ms apart, but step is 1 ms; give .*step=2"):
+        PoissonObserver().fit(named, labels)
+    with pytest.raises(InvalidInput, match="is in Hz, which cannot be converted to 1"):
+        PoissonObserver(2.0).fit(named, labels).predict(named)

@@ -1,7 +1,7 @@
 """Dispersion of groups of tensors: closest matches, their average, and bootstrap intervals."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -80,9 +80,7 @@ def bootstrap_difference(
             f"paired values must match one to one, got shapes {a.shape} and {b.shape}."
         )
     mean = bootstrap_mean(a - b, rng, n_resamples=n_resamples, level=level)
-    return Interval(
-        estimate=mean.estimate, low=mean.low, high=mean.high, effect=_compute_effect(a - b)
-    )
+    return replace(mean, effect=_compute_effect(a - b))
 
 
 @checked
@@ -144,9 +142,11 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
         True for similarities (Pearson, SSIM, NMI), False for distances (MSE).
     """
     matrix = np.asarray(matrix, dtype=float)
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < 2:
+    square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] >= 2
+    if not square or np.isnan(matrix).any():
         raise InvalidInput(
-            f"expected a square matrix of at least 2 tensors, got shape {matrix.shape}."
+            "expected a square matrix of at least 2 tensors without NaN, got shape"
+            f" {matrix.shape}."
         )
     score = matrix.copy() if greatest else -matrix
     np.fill_diagonal(score, -np.inf)

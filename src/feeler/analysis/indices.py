@@ -10,7 +10,13 @@ from feeler.compiled import compiled
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.records import Record, Registry
-from feeler.tensors.transforms import label_like, refuse_masked, stack_planes
+from feeler.tensors.transforms import (
+    SQUARED,
+    check_squares,
+    label_like,
+    refuse_masked,
+    stack_planes,
+)
 from feeler.validation import checked
 
 # Dispersion indices: ways to say how alike two tensors are.
@@ -120,14 +126,6 @@ def _compare_all(
     return label_like(matrix, tensors, ("trial", "other"), name)
 
 
-def _list_pairs(rows: slice, columns: slice) -> np.ndarray:
-    """Positions (pair, 2) within two slices; the upper triangle where they are the same."""
-    n_rows, n_columns = rows.stop - rows.start, columns.stop - columns.start
-    if rows == columns:
-        return np.stack(np.triu_indices(n_rows), axis=1)
-    return np.stack(np.divmod(np.arange(n_rows * n_columns), n_columns), axis=1)
-
-
 def _compare_blocks(
     prepare: Callable[[slice], tuple], kernel: Callable[..., np.ndarray], *given: Any
 ) -> Block:
@@ -138,12 +136,15 @@ def _compare_blocks(
     def compute(rows: slice, columns: slice) -> np.ndarray:
         a = prepare(rows)
         b = a if rows == columns else prepare(columns)
-        pairs = _list_pairs(rows, columns)
         block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
+        # the upper triangle where both are the same
+        found = np.triu_indices_from(block) if rows == columns else np.indices(block.shape)
+        pairs = np.ascontiguousarray(np.reshape(found, (2, -1)).T)
         with ThreadExecutor(min(count_cores(), len(pairs))) as threads:
             parts = np.array_split(pairs, threads.workers)
-            found = threads.map(lambda part: kernel(*a, *b, part, *given), parts)
-            values = np.concatenate([*found])
+            values = np.concatenate(
+                [*threads.map(lambda part: kernel(*a, *b, part, *given), parts)]
+            )
         block[pairs[:, 0], pairs[:, 1]] = values
         if rows == columns:
             block[pairs[:, 1], pairs[:, 0]] = values
@@ -257,6 +258,7 @@ def _make_mse(array: np.ndarray) -> Block:
 
     Pairs that are nearly identical are subtracted directly.
     """
+    check_squares(array)
     size = array[0].size
 
     def compute(rows: slice, columns: slice) -> np.ndarray:
@@ -323,8 +325,15 @@ def compute_nmi(
     -----
     The paper names NMI without defining it; this definition is a choice [C].
     """
-    options = {"n_bins": n_bins, "data_range": data_range, "common_zeros": common_zeros}
-    return _compare_all(tensors, "nmi", _make_nmi, block, **options)
+    return _compare_all(
+        tensors,
+        "nmi",
+        _make_nmi,
+        block,
+        n_bins=n_bins,
+        data_range=data_range,
+        common_zeros=common_zeros,
+    )
 
 
 def _make_nmi(
@@ -336,7 +345,14 @@ def _make_nmi(
 ) -> Block:
     """NMI of two slices of a set."""
     low, high = (array.min(), array.max()) if data_range is None else data_range
-    _check_nmi(n_bins, low, high, common_zeros)
+    if not 2 <= n_bins <= 256:
+        raise InvalidInput(f"n_bins must be between 2 and 256, got {n_bins}.")
+    if not low <= high:
+        raise InvalidInput(f"data_range must run from low to high, got ({low}, {high}).")
+    if common_zeros not in _ZEROS:
+        raise InvalidInput(
+            f"common_zeros must be one of {', '.join(_ZEROS)}, got {common_zeros!r}."
+        )
     zero = (
         int(digitise(np.zeros(1), n_bins, low, high)[0])
         if common_zeros == "drop" and low <= 0 <= high
@@ -363,17 +379,6 @@ def digitise(values: np.ndarray, n_bins: int, low: float, high: float) -> np.nda
         return np.zeros(values.shape, dtype=np.uint8)
     scaled = np.floor((values - low) * (n_bins / (high - low)))
     return np.clip(scaled, 0, n_bins - 1).astype(np.uint8)
-
-
-def _check_nmi(n_bins: int, low: float, high: float, common_zeros: str) -> None:
-    if not 2 <= n_bins <= 256:
-        raise InvalidInput(f"n_bins must be between 2 and 256, got {n_bins}.")
-    if not low <= high:
-        raise InvalidInput(f"data_range must run from low to high, got ({low}, {high}).")
-    if common_zeros not in _ZEROS:
-        raise InvalidInput(
-            f"common_zeros must be one of {', '.join(_ZEROS)}, got {common_zeros!r}."
-        )
 
 
 @compiled
@@ -421,7 +426,7 @@ def _normalise(together, alone_a, alone_b, n):
 _SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
 _RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
 _K1, _K2 = 0.01, 0.03  # [B] both libraries
-_BORDERS = {"replicate": "edge", "reflect": "symmetric", "interior": None}
+_BORDERS: dict[str, Any] = {"replicate": "edge", "reflect": "symmetric", "interior": "edge"}
 
 
 @checked
@@ -484,8 +489,10 @@ def _make_ssim(
     """SSIM of two slices of a set."""
     if border not in _BORDERS:
         raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
-    if not data_range > 0:
-        raise InvalidInput(f"data_range must be > 0, got {data_range}.")
+    if not SQUARED[0] <= data_range <= SQUARED[1]:
+        raise InvalidInput(
+            f"data_range must be > 0, with a square that is a number, got {data_range}."
+        )
     window = 2 * _RADIUS + 1
     if border == "interior" and min(array.shape[1:]) < window:
         raise InvalidInput(
@@ -497,8 +504,12 @@ def _make_ssim(
     taps = taps / taps.sum()
     c1, c2 = (_K1 * data_range) ** 2, (_K2 * data_range) ** 2
 
+    wide = (0 if border == "interior" else _RADIUS,) * 2
+
     def prepare(part: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        images = _pad(array[part], border)
+        images = np.ascontiguousarray(
+            np.pad(array[part], ((0, 0), wide, wide), mode=_BORDERS[border])
+        )
         mean, square = _filter_all(images, taps)
         return images, mean, square - mean**2
 
@@ -506,13 +517,6 @@ def _make_ssim(
 
 
 SSIM = Index(label="SSIM", make=_make_ssim)
-
-
-def _pad(images: np.ndarray, border: str) -> np.ndarray:
-    mode: Any = _BORDERS[border]  # one of the words of numpy.pad
-    if mode is None:
-        return np.ascontiguousarray(images)
-    return np.pad(images, ((0, 0), (_RADIUS, _RADIUS), (_RADIUS, _RADIUS)), mode=mode)
 
 
 @compiled(inline="always")

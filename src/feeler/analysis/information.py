@@ -74,15 +74,15 @@ def scale_peaks(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        A tensor that is zero everywhere.
+        A tensor that is zero everywhere, or not finite.
     """
     tensors = np.asarray(tensors, dtype=float)
     if tensors.size == 0:
         raise InvalidInput(f"there are no tensors to scale: their shape is {tensors.shape}.")
     peak = np.abs(tensors).reshape(len(tensors), -1).max(axis=1)
-    if np.any(peak == 0):
+    if (bad := np.flatnonzero(~(np.isfinite(peak) & (peak > 0)))).size:
         raise InvalidInput(
-            f"tensor {int(np.argmin(peak))} is zero everywhere and has no peak; leave it out."
+            f"tensor {bad[0]} is zero everywhere, or not finite, and has no peak; leave it out."
         )
     return tensors / peak.reshape(-1, *[1] * (tensors.ndim - 1))
 
@@ -93,7 +93,8 @@ def _flatten_energy(tensors: np.ndarray) -> np.ndarray:
     flat = np.asarray(tensors, dtype=float).reshape(len(tensors), -1)
     if len(flat) < 2 or not np.isfinite(flat).all():
         raise InvalidInput(
-            f"information needs at least two tensors of finite values, got {len(flat)}."
+            f"information needs at least two tensors of finite values, got {len(flat)}, of which"
+            f" {np.isfinite(flat).all(axis=1).sum()} are finite."
         )
     return flat
 
@@ -182,7 +183,7 @@ def compute_information(
     levels = _check_sd(sd, len(tensors), entries)
     unit = find_scale(np.asarray(tensors, dtype=float))
     return measure_information(
-        compute_energy(tensors / unit),
+        compute_energy(np.divide(tensors, unit)),
         _share(levels, unit),
         entries=entries,
         n_draws=n_draws,
@@ -345,7 +346,7 @@ def find_noise(
         An accuracy at which one could guess, or ≥ 1.
     """
     unit = find_scale(np.asarray(tensors, dtype=float))
-    coordinates = _spread(compute_energy(tensors / unit))
+    coordinates = _spread(compute_energy(np.divide(tensors, unit)))
     count = len(coordinates)
     if not 1 / count < accuracy < 1:
         raise InvalidInput(
@@ -512,16 +513,13 @@ def _judge(far: np.ndarray, products: np.ndarray, level: float) -> Information:
         ratio = drawn / level - far / (2 * level**2)  # of the one that was sent: 0
         rights.append(np.mean(ratio.argmax(axis=2) == np.arange(count), axis=1))
         logs.append(-np.mean(logsumexp(ratio, axis=2), axis=1) / np.log(2))
-    right, told = np.mean(rights, axis=0), np.mean(logs, axis=0)
-    errors = [
-        float(one.std(ddof=1) / np.sqrt(one.size)) if one.size > 1 else float("nan")
-        for one in (right, told)
-    ]
+    accuracy, accuracy_error = _average([np.mean(rights, axis=0)])
+    told, bits_error = _average([np.mean(logs, axis=0)])
     return Information(
-        bits=float(np.log2(count) + told.mean()),
-        bits_error=errors[1],
-        accuracy=float(right.mean()),
-        accuracy_error=errors[0],
+        bits=float(np.log2(count) + told),
+        bits_error=bits_error,
+        accuracy=accuracy,
+        accuracy_error=accuracy_error,
     )
 
 
@@ -560,6 +558,9 @@ def compute_fisher(
     return flat @ flat.T / (sd / unit) ** 2
 
 
+_LEAST = 1e-9  # share of the information that rounding may give or take
+
+
 @checked
 def compute_bounds(
     fisher: Annotated[np.ndarray, "parameter parameter"], joint: bool = True
@@ -570,18 +571,29 @@ def compute_bounds(
 
     ``joint``: the other parameters are unknown too, √(F⁻¹)_aa; otherwise they are known, 1/√F_aa,
     which is never greater. A parameter that the tensor does not tell, or not apart from the others,
-    has the bound ∞.
+    has the bound ∞; those that it tells have the same bounds as without that one.
+
+    Raises
+    ------
+    InvalidInput
+        No information matrix: entries that are not finite, or directions of negative information.
     """
     fisher = np.asarray(fisher, dtype=float)
-    diagonal = np.diag(fisher)
-    with np.errstate(divide="ignore"):
-        alone = 1 / np.sqrt(diagonal)
-    if not joint or not np.all(diagonal > 0):
-        return alone
-    scaled = fisher * alone[:, None] * alone
-    if np.linalg.matrix_rank(scaled, hermitian=True) < len(scaled):
-        return np.full(len(scaled), np.inf)
-    return alone * np.sqrt(np.diag(np.linalg.inv(scaled)))
+    size = np.sqrt(np.abs(np.diag(fisher)))
+    unit = np.where(size > 0, size, 1.0)
+    scaled = fisher / unit[:, None] / unit
+    least = np.linalg.eigvalsh(scaled)[0] if np.isfinite(scaled).all() else np.nan
+    if not least >= -_LEAST:
+        raise InvalidInput(
+            "fisher must be finite, and negative in no direction, as compute_fisher gives it."
+        )
+    if not joint:
+        scaled = np.diag(np.diag(scaled))
+    told, axes = np.linalg.eigh(scaled)
+    lost = told <= len(told) * np.finfo(float).eps * told[-1]
+    spread = (axes[:, ~lost] ** 2 / told[~lost]).sum(axis=1)
+    confused = (axes[:, lost] ** 2).sum(axis=1) > _LEAST
+    return np.where(confused, np.inf, np.sqrt(spread) / unit)
 
 
 # Sensitivity: how a touch's tensor changes with its place, its size and its speed.

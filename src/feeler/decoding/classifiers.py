@@ -63,23 +63,24 @@ def make_labels(trials: Any, by: Sequence[str] = _CLASS) -> np.ndarray:
 
 
 def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
-    """Labels as an array (trial,) whose values can be discriminated and sorted.
+    """Labels as an array (trial,) whose values can be discriminated and sorted; tuples stay tuples.
 
     Raises
     ------
     InvalidInput
-        Not one for each trial, or of several kinds, None among them.
+        Not one for each trial, or of several kinds, None or NaN among them.
     """
+    listed = getattr(values, "values", values)
     try:
-        found = np.asarray(values)
-        np.unique(found)
-    except (TypeError, ValueError) as error:
+        sound = all(one == one for one in sorted(set(listed)))
+    except TypeError:
+        sound = False
+    if not sound:
         raise InvalidInput(
-            f"{what} must be texts or numbers, all of one kind, got {show(values)}."
-        ) from error
-    if found.ndim != 1:
-        raise InvalidInput(f"{what} must be one for each trial, got shape {found.shape}.")
-    return found
+            f"{what} must be texts or numbers, one for each trial, all of one kind and none"
+            f" missing, got {show(values)}."
+        )
+    return list_classes([*listed])
 
 
 def sort_classes(labels: Iterable[Any]) -> np.ndarray:
@@ -95,7 +96,7 @@ def list_classes(classes: Sequence[Any]) -> np.ndarray:
 
 def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
     """The number of each label among the classes (trial,)."""
-    place = {name: number for number, name in enumerate(classes.tolist())}
+    place = {name: number for number, name in enumerate(classes)}
     return np.array([place[label] for label in labels], dtype=int)
 
 
@@ -107,13 +108,15 @@ def check_counts(tensors: Any, labels: Any, what: str = "labels") -> None:
         )
 
 
-def check_labels(tensors: Any, labels: Labels) -> None:
-    """Refuse labels that are not one for each tensor, or all of one class."""
+def check_labels(tensors: Any, labels: Labels) -> np.ndarray:
+    """Labels (trial,), if they are one for each tensor, and not all of one class."""
     check_counts(tensors, labels)
-    if len(set(labels)) < 2:
+    found = read_labels(labels)
+    if len(set(found)) < 2:
         raise InvalidInput(
             "only one class: nothing to discriminate. Give at least two classes."
         )
+    return found
 
 
 def _keep_objects(values: Sequence[Any]) -> np.ndarray:
@@ -356,6 +359,7 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """Share of labels that are right, in all of their parts."""
         found = self.predict(X, until)
         found = found.values if isinstance(found, xr.DataArray) else found
+        check_counts(found, y)
         right = [answer == true for answer, true in zip(found, y, strict=True)]
         return float(np.average(right, weights=sample_weight))
 
@@ -377,7 +381,7 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """Remember what is taught, for deadlines that may be asked for later; labels that no
         classifier learns from are refused.
         """
-        if isinstance(y, Sequence | np.ndarray) and np.ndim(X) == 3:
+        if y is not None and np.ndim(X) == 3:
             check_labels(X, y)
         self._units = getattr(X, "attrs", {}).get("units")
         self._taught = (stack_planes(X), y, beside)

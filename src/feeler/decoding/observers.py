@@ -19,6 +19,7 @@ from feeler.decoding.classifiers import (
     count_until,
     list_classes,
     number_labels,
+    read_labels,
     sort_classes,
 )
 from feeler.decoding.transfer import find_temperature
@@ -69,9 +70,8 @@ class _Told(Classifier):
 
     def _learn(self, X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
         """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
-        tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
-        labels[:] = list(y)
-        check_labels(tensors, y)
+        tensors = check_tensors(X)
+        labels = check_labels(tensors, y)
         self._units = getattr(X, "attrs", {}).get("units")
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
@@ -135,8 +135,10 @@ def warn_of_copies(
                 " copies. It takes each as known without noise, so it is no ideal observer of"
                 " them: fit it on the clean tensors."
             )
-            several = f"The label '{name}' has {different.sum()}."
-            warnings.warn(ModelValidityWarning(text, several), stacklevel=3)
+            warnings.warn(
+                ModelValidityWarning(text, f"The label '{name}' has {different.sum()}."),
+                stacklevel=3,
+            )
             return
 
 
@@ -338,7 +340,7 @@ class StudentTClassifier(Classifier):
             others = np.asarray(unknown[0], dtype=float)[:, :, : X.shape[2]]
             shown = self._average(others), list(unknown[1])
         self.shape_ = X.shape[1:]
-        return self._learn(self._average(X), list(y), owners, shown)
+        return self._learn(self._average(X), [*read_labels(y)], owners, shown)
 
     def _learn(
         self, means: np.ndarray, y: Labels, groups: np.ndarray, unknown: Others | None

@@ -10,7 +10,13 @@ import numpy as np
 from scipy.special import logsumexp
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.classifiers import Classifier, Labels, list_classes, sort_classes
+from feeler.decoding.classifiers import (
+    Classifier,
+    Labels,
+    list_classes,
+    read_labels,
+    sort_classes,
+)
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
@@ -557,7 +563,7 @@ class StreamDecoder(Classifier):
             )
         found = [
             (self._cut(np.asarray(touch, dtype=float)), label)
-            for touch, label in zip(X, y, strict=True)
+            for touch, label in zip(X, read_labels(y), strict=True)
         ]
         cut = [(touch, label) for touch, label in found if touch is not None]
         self.classes_ = sort_classes(label for _, label in cut)

@@ -21,6 +21,7 @@ from feeler.decoding.classifiers import (
     Labels,
     compute_decision_scores,
     number_labels,
+    read_labels,
     sort_classes,
 )
 from feeler.errors import InvalidInput
@@ -166,8 +167,8 @@ class TransferClassifier(Classifier):
                 " channel. Leave it out."
             )
         self._keep(X, y)
-        self.classes_ = sort_classes(y)
-        number = number_labels(y, self.classes_)
+        self.classes_ = sort_classes(read_labels(y))
+        number = number_labels(read_labels(y), self.classes_)
         unit = find_scale(X)  # single precision spans fewer decades
         # copies (trial · n_copies, sensor, time) in Gaussian noise, and whose copy each is
         if self.n_copies < 1 or not (np.isfinite(self.noise) and self.noise >= 0):

@@ -310,8 +310,7 @@ def cut_trains(
                 f"{onset.size} onsets for {touches.sizes['trial']} touches; give one each."
             )
         clock = in_unit(touches["time"], "ms").values
-        leads = touches["lead"].values if "lead" in touches.coords else np.zeros(onset.size)
-        leads = np.broadcast_to(leads, onset.shape)
+        leads = np.broadcast_to(touches.coords.get("lead", 0.0), onset.shape)
         rows = [
             [_take(train, start - lead, clock[0], clock[-1]) for train in trains.values()]
             for start, lead in zip(onset, leads, strict=True)

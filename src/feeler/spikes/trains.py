@@ -15,6 +15,7 @@ from feeler.decoding.classifiers import (
     check_labels,
     count_until,
     make_lda,
+    number_labels,
     sort_classes,
 )
 from feeler.decoding.observers import warn_of_copies
@@ -299,9 +300,8 @@ class SpikeClassifier(Classifier):
                 " nothing to learn. Raise the gain, or give a later deadline."
             )
         self._keep(X, y)
-        fewest = min(self.n_components, len(codes) - 1, codes.shape[1])
         try:
-            self.classifier_ = make_lda(fewest).fit(codes, y)
+            self.classifier_ = make_lda(self.n_components).fit(codes, y)
         except InvalidInput as error:
             raise InvalidInput(
                 f"training trials of one label all have the same code {self.code!r}, and linear"
@@ -348,8 +348,8 @@ class PoissonObserver(Classifier):
 
         Warns where several of one label look like drawn spikes: of these it is not ideal.
         """
-        rates = _check_rasters(X)
-        check_labels(rates, y)
+        rates = self._read(X, "Hz")
+        y = check_labels(rates, y)
         if not (self.step > 0 and self.floor >= 0):
             raise InvalidInput(
                 f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."
@@ -358,17 +358,32 @@ class PoissonObserver(Classifier):
         self.known_ = (rates + self.floor) * self.step * 1e-3
         self.shape_ = rates.shape[1:]
         self.classes_ = sort_classes(y)
-        classes = self.classes_.tolist()
-        self.members_ = np.array([[label == name for name in classes] for label in y])
+        self.members_ = number_labels(y, self.classes_)[:, None] == np.arange(
+            len(self.classes_)
+        )
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Log-likelihoods (trial, class), up to what all share; −inf where a class is excluded."""
         self._require(X)
         end = None if until is None else count_until(X, until)
-        found = _weigh_rates(_check_rasters(X)[:, :, :end], self.known_[:, :, :end])
+        found = _weigh_rates(self._read(X, "1")[:, :, :end], self.known_[:, :, :end])
         with np.errstate(divide="ignore"):
             return logsumexp(found[:, None, :] + np.log(self.members_.T.astype(float)), axis=2)
+
+    def _read(self, X: Any, unit: str) -> np.ndarray:
+        """Rates or counts (trial, unit, time) in this unit, in steps of ``step``, as far as ``X``
+        says.
+        """
+        if "units" in getattr(X, "attrs", {}):
+            X = in_unit(X, unit)
+        time = np.asarray(X["time"] if "time" in getattr(X, "coords", ()) else ())
+        if time.size > 1 and not np.isclose(step := find_step(time), self.step, rtol=1e-3):
+            raise InvalidInput(
+                f"the samples are {step:g} ms apart, but step is {self.step:g} ms; give"
+                f" PoissonObserver(step={step:g})."
+            )
+        return _check_rasters(X)
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
         """Probabilities; NaN for a train that no known touch can give."""
