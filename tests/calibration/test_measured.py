@@ -219,6 +219,22 @@ def test_deflections_with_another_zero_give_the_same_stiffness_and_say_so(zero):
     assert ("neither begin nor end at 0" in " ".join(fit.describe())) is (zero != 0)
 
 
+@pytest.mark.parametrize(("sign", "rest"), [(1, -1.5), (1, 1.0), (-1, -1.5), (-1, 1.0)])
+def test_a_curve_that_begins_at_a_preload_or_before_contact_gives_the_same_stiffness(
+    sign, rest
+):
+    antenna = Antenna.from_beam(
+        length=20.0, radius=0.2, modulus=1000.0, density=1e-3, n_segments=8, damping_time=1.0
+    )
+    moved = np.linspace(0.0, 3.0, 13)
+    force = 1.4 * compute_force(antenna, np.maximum(moved - rest, 0.0), 8.0)
+    curve = ForceCurve(deflection=sign * moved, force=sign * force, at=8.0)
+    fit = fit_measurements([Measurements(forces=(curve,))], antenna)
+    assert fit.p[0] == pytest.approx(1.4, rel=2e-3)
+    assert [z for z, _ in fit.zero.values()] == pytest.approx([sign * rest], rel=5e-3)
+    assert "not one from rest at 0" in " ".join(fit.describe())
+
+
 @pytest.mark.parametrize(("factor", "asked"), [(1 / 160, True), (1 / 20, False), (1e3, True)])
 def test_a_stiffness_of_another_unit_is_questioned(factor, asked):
     antenna = Antenna.from_beam(
