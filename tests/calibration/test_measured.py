@@ -129,6 +129,24 @@ def test_what_was_filled_in_does_not_count(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "frame"), [("tip", 5), ("tip", 22), ("mid", 41), ("base", 90)]
+)
+def test_a_place_off_its_path_in_one_frame_is_left_out_and_named(tmp_path, name, frame):
+    file = write_film(tmp_path / "a.csv", make_small(*PLANTED.values()))
+    points = ["base", "mid", "tip"]
+    clean = load_film(file, points, frame_rate=1000)
+    rows = [line.split(",") for line in file.read_text().splitlines()]
+    rows[3 + frame][1 + 3 * points.index(name)] = "900"
+    file.write_text("\n".join(map(",".join, rows)))
+    with pytest.warns(ModelValidityWarning, match="off their path in a single frame") as said:
+        film = load_film(file, points, frame_rate=1000)
+    assert f"a: {name} in frame {frame}." in said[0].message.details
+    assert np.argwhere(film.bridged).tolist() == [[frame, points.index(name)]]
+    np.testing.assert_allclose(film.displacement, clean.displacement, atol=12)
+    np.testing.assert_allclose(film.rest, clean.rest, atol=0.5)
+
+
+@pytest.mark.parametrize(
     ("points", "match"),
     [
         (["base", "tipp"], "no landmark 'tipp'. Did you mean 'tip'"),

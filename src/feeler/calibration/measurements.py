@@ -32,12 +32,13 @@ from feeler.records import Ge, Gt, Len, Record, Shown, Unit
 from feeler.tables import find_times, read_table, sniff_columns, split_unit
 from feeler.tensors.formats import PLAIN_TABLES, START, Format
 from feeler.tracking import Tracks, load_tracks
+from feeler.tracking.quality import find_usual
 from feeler.validation import checked
 
 # Columns by name and unit: length_um, force (mN), diameter [µm].
 
 _LENGTHS = {**BEAM_UNITS["length"], "nm": 1e-6}
-_DEFLECTION, _FORCE = ("deflection", "displacement"), ("force", "load")
+_DEFLECTION, _FORCE = ("deflection", "displacement", "extension"), ("force", "load")
 _FORCES = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9, "g": 9.80665e-3, "mg": 9.80665e-6}
 
 
@@ -298,6 +299,11 @@ def compute_force(
     return sign * np.where(inside > 0, curve(inside), sign * asked / compliance)
 
 
+_AGREE = 0.25  # [C] of how far a place is off, by which the places beside it may differ
+_STRAY = (
+    0.1,
+    5.0,
+)  # [C] of the antenna's length, and times what is usual: a place off its path
 _STILL = 0.02  # [C] share of the antenna's length by which a base moves that is clamped
 
 
@@ -472,6 +478,18 @@ def make_film(
         )
     part = slice(whole[0], whole[-1] + 1)
     position, lost = position[part], lost[part]
+    stray = _find_strays(position)
+    if stray.any():
+        text = (
+            "places that are off their path in a single frame are left out, as tracking errors."
+        )
+        where = [
+            f"{one} in frame {', '.join(map(str, whole[0] + np.flatnonzero(row)))}"
+            for one, row in zip(names, stray.T, strict=True)
+            if row.any()
+        ]
+        warnings.warn(ModelValidityWarning(text, f"{name}: {'; '.join(where)}."), stacklevel=3)
+        lost = lost | stray
     flat = np.where(lost[..., None], np.nan, position).reshape(len(position), -1)
     filled = bridge(flat, max_gap, [one for one in names for _ in "xy"], name, int(whole[0]))
     position, origin = filled.reshape(position.shape), np.zeros(2)
@@ -502,6 +520,18 @@ def make_film(
         source="synthetic" if tracks.source == "synthetic" else "recorded",
     )
     return film.replace(place=_find_places(said, film.rest))
+
+
+def _find_strays(position: np.ndarray) -> np.ndarray:
+    """Whether a point (frame, point) is far from where both frames beside it agree that it is, and
+    farther than a swing goes in a frame there.
+    """
+    length = np.linalg.norm(np.nanmedian(position[:, -1] - position[:, 0], axis=0))
+    off = np.linalg.norm(position[1:-1] - (position[2:] + position[:-2]) / 2, axis=2)
+    agree = np.linalg.norm(position[2:] - position[:-2], axis=2) < _AGREE * off
+    usual = np.stack([find_usual(row) for row in np.nan_to_num(off).T], axis=1)
+    wrong = agree & (off > _STRAY[0] * length) & (off > _STRAY[1] * usual) & (length > 0)
+    return np.pad(wrong, ((1, 1), (0, 0)))
 
 
 def _find_places(said: Sequence[float | None], rest: np.ndarray) -> np.ndarray:

@@ -218,6 +218,8 @@ def _is_spikes(path: Path, start: bytes) -> bool:
     if start.startswith(HDF5):
         return path.suffix == ".nwb"
     names = sniff_columns(start)
+    if len(names) == 1:  # without those that are called onsets
+        return bool(find_times(names, "spike"))
     return (
         bool(find_times(names, _EVENTS))
         and len(names) <= 4

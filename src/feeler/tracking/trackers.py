@@ -21,6 +21,7 @@ from feeler.tables import (
     find_heading,
     find_times,
     is_numeral,
+    join_lines,
     parse_table,
     split_line,
 )
@@ -194,7 +195,7 @@ def _read_tracker(
     source = Path(path).name
     if _has_hdf5(path):
         return _read_hdf5_file(path, individual, first)
-    text = read_text(path, MAX_BYTES)
+    text = join_lines(read_text(path, MAX_BYTES))
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
         return _read_deeplabcut(text, source, individual, first)
     try:
