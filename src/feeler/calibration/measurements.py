@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import numpy as np
@@ -599,7 +600,7 @@ def _tell_traces(path: Path, limits: Any, trusted: bool) -> list[str]:
     return [
         f"traces      {', '.join(found.names[:12])}",
         f"since       the release: {found.time.size} {clock}",
-        f"next        feeler calibrate --data {path.name}{rate}",
+        f"next        feeler calibrate --data {quote(path.name)}{rate}",
     ]
 
 
@@ -613,7 +614,7 @@ def _tell_forces(path: Path, limits: Any, trusted: bool) -> list[str]:
     return [
         f"animals     {', '.join(dict.fromkeys(one.name for one in curves))}",
         *spans,
-        f"next        feeler calibrate --data {path.name} --at MM --antenna ANTENNA",
+        f"next        feeler calibrate --data {quote(path.name)} --at MM --antenna ANTENNA",
     ]
 
 
@@ -622,7 +623,7 @@ def _tell_segments(path: Path, limits: Any, trusted: bool) -> list[str]:
     return [
         f"segments    {found.n_segments}, {found.length:.4g} mm in all",
         f"diameter    {2 * found.radius[0]:.4g} (base) … {2 * found.radius[-1]:.4g} mm",
-        f"next        feeler antenna NEW.toml --from {path.name} --modulus MPA",
+        f"next        feeler antenna NEW.toml --from {quote(path.name)} --modulus MPA",
     ]
 
 

@@ -9,6 +9,7 @@ from datetime import datetime
 from difflib import get_close_matches
 from pathlib import Path
 from pkgutil import resolve_name
+from shlex import quote
 from typing import Annotated, Any
 
 import numpy as np
@@ -692,7 +693,7 @@ def _describe_spans(found: Found) -> list[str]:
 
 def _suggest(path: Path, found: Found) -> str:
     """The command that measures with these landmarks; those that it needs are to be named."""
-    words = ["feeler tracks", path.name]
+    words = ["feeler tracks", quote(path.name)]
     tips = [name if name in found.names else "" for name in ("left_tip", "right_tip")]
     if not all(tips):
         words.append(f"--tips {','.join(tips) if any(tips) else 'LEFT,RIGHT'}")
@@ -702,8 +703,8 @@ def _suggest(path: Path, found: Found) -> str:
         words.append("--frame-rate RATE")
     if found.position.shape[2] == 3:
         words.append("--plane space")
-    if len(found.individuals) > 1:
-        words.append(f"--individual {found.individuals[0]}")
+    if len(found.individuals) > 1 or "animals" in found.notes:
+        words.append(f"--individual {quote([*found.individuals, 'NAME'][0])}")
     if len(found.names) < 3:
         words.append(
             f"(which needs a tip, head and abdomen, or three --points; here are {len(found.names)}"
