@@ -554,12 +554,13 @@ def _make_force(label: str, curve: ForceCurve, antenna: Antenna) -> _Block:
     reach = (max(far[0], ends[1] - most), min(far[1], ends[0] + most))
 
     def push(one: Antenna, zero: float, only_pushed: bool) -> np.ndarray:
-        moved = curve.deflection - span * zero
-        moved = side * np.maximum(side * moved, 0.0) if only_pushed else moved
-        return compute_force(one, moved, curve.at)
+        moved = side * (curve.deflection - span * zero)
+        return compute_force(
+            one, side * (np.maximum(moved, 0) if only_pushed else moved), curve.at
+        )
 
     def miss(zero: float, only_pushed: bool) -> float:
-        """Share of the forces' variance that the antenna leaves at its best stiffness."""
+        # share of the forces' variance that the antenna leaves at its best stiffness
         return 1 - max(np.corrcoef(push(antenna, zero, only_pushed), curve.force)[0, 1], 0) ** 2
 
     tried = itertools.product(np.linspace(*reach, _ZEROS)[1:-1], (False, True))

@@ -500,7 +500,7 @@ def _find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
     """
     columns = list(table.columns)
     values, boxes = table.values.copy(), []
-    for index, column in enumerate(columns):
+    for column in columns:
         stem = column[:-2]
         if column.endswith(".X") and {f"{stem}.{one}" for one in ("Y", "Width", "Height")} <= {
             *columns
@@ -509,7 +509,6 @@ def _find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
             for axis, size in (("X", "Width"), ("Y", "Height")):
                 place, extent = columns.index(f"{stem}.{axis}"), columns.index(f"{stem}.{size}")
                 values[:, place] = values[:, place] + values[:, extent] / 2
-            assert columns[index] == column
     if not boxes:
         return table, {}
     found = Table(**vars(table) | {"values": values})
