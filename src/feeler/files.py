@@ -1,5 +1,6 @@
 """Small files read safely and written atomically: bytes, text, JSON and TOML."""
 
+import codecs
 import contextlib
 import errno
 import json
@@ -51,7 +52,6 @@ _KINDS = (
     (rb"MATLAB 5\.0", "a MATLAB file; feeler info says whether feeler wrote it"),
     (rb"\x93NUMPY", "a NumPy array: save it as CSV with a header row, by numpy.savetxt"),
     (rb"ARROW1", "a table for programs (Arrow): write it as CSV, by pandas"),
-    (rb"\xff\xfe|\xfe\xff", "text in UTF-16: save it again as CSV in UTF-8"),
     (
         rb"(?s:.{4})(?:ftyp|wide|mdat|moov)|RIFF(?s:.{4})AVI |\x1a\x45\xdf\xa3"
         rb"|\0\0\x01\xba|\x30\x26\xb2\x75",
@@ -76,6 +76,7 @@ def sniff_file_type(start: bytes) -> str:
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that say that there is no room left."""
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 TEMPORARY_DAYS = 7.0  # [C] days; no run of ours needs its temporary folders for longer
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
@@ -116,9 +117,10 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
 
 
 def read_start(path: str | os.PathLike, n_bytes: int) -> bytes:
-    """The first bytes of a regular file, by which it is recognised."""
+    """The first bytes of a regular file, by which it is recognised; text as UTF-8."""
     with _open_regular(path) as file:
-        return file.read(n_bytes)
+        start = file.read(n_bytes)
+    return start.decode("utf-16", "ignore").encode() if start[:2] in _UTF_16 else start
 
 
 def find_file(path: str | os.PathLike, kinds: Iterable[str], max_bytes: int) -> Path:
@@ -190,10 +192,12 @@ def ensure_folder(path: str | os.PathLike) -> Path:
 
 
 def read_text(path: str | os.PathLike, max_bytes: int) -> str:
-    """The text of a regular UTF-8 file of at most ``max_bytes``, lines ended by newlines."""
+    """The text of a regular file of at most ``max_bytes``, lines ended by newlines: UTF-8, or
+    UTF-16 that begins with its mark, as Excel writes "Unicode text".
+    """
     raw, source = read_bytes(path, max_bytes), os.fspath(path)
     try:
-        text = raw.decode("utf-8-sig")
+        text = raw.decode("utf-16" if raw[:2] in _UTF_16 else "utf-8-sig")
     except UnicodeDecodeError as error:
         raise InvalidInput(_name_binary(source, raw, error.start)) from error
     if "\0" in text:

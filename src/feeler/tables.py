@@ -139,7 +139,8 @@ def sniff_columns(start: bytes) -> list[str]:
     """Names of a table's columns by how its file begins; none where it is no table."""
     if b"\0" in start:
         return []
-    heading = find_heading(enumerate(start.decode("utf-8-sig", "ignore").split("\n"), 1))
+    text = join_lines(start.decode("utf-8-sig", "ignore").replace("\r\n", "\n"))
+    heading = find_heading(enumerate(text.split("\n"), 1))
     return [] if heading is None else heading.names
 
 
@@ -253,6 +254,7 @@ _MISSING = ("", "nan", "na", "n/a", "#n/a", "-nan", "nan(ind)", "null", "none", 
 _LOOKED_AT = 1000  # rows in which a column's first word or number is looked for
 _CELL = r"(?:^|(?<=[;\t\n \"]))[+-]?\d*{}\d+(?:[eE][+-]?\d+)?(?=[;\t\n \"]|$)"
 _COMMA, _POINT = re.compile(_CELL.format(",")), re.compile(_CELL.format(r"\."))
+_BROKEN = re.compile(r'(?m)(?:^|(?<=[,;\t]))"[^"\n]{0,99}\n[^"]{0,99}"(?=[,;\t]|$)')
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
@@ -345,6 +347,11 @@ class Table:
                 )
 
 
+def join_lines(text: str) -> str:
+    """The same text with a blank for each line break within a quoted cell, as headers have."""
+    return _BROKEN.sub(lambda cell: cell[0].replace("\n", " "), text)
+
+
 @checked
 def read_table(
     path: str | os.PathLike,
@@ -375,7 +382,7 @@ def read_table(
         Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong
         width, or a cell that is no number (named by line and column).
     """
-    text = read_text(path, max_bytes)
+    text = join_lines(read_text(path, max_bytes))
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):  # its names stand in several rows
         raise InvalidInput(
             f"{Path(path).name} is a table by DeepLabCut: feeler info says if of tracks or labels."

@@ -129,6 +129,24 @@ def test_what_was_filled_in_does_not_count(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "frame"), [("tip", 5), ("tip", 22), ("mid", 41), ("base", 90)]
+)
+def test_a_place_off_its_path_in_one_frame_is_left_out_and_named(tmp_path, name, frame):
+    file = write_film(tmp_path / "a.csv", make_small(*PLANTED.values()))
+    points = ["base", "mid", "tip"]
+    clean = load_film(file, points, frame_rate=1000)
+    rows = [line.split(",") for line in file.read_text().splitlines()]
+    rows[3 + frame][1 + 3 * points.index(name)] = "900"
+    file.write_text("\n".join(map(",".join, rows)))
+    with pytest.warns(ModelValidityWarning, match="off their path in a single frame") as said:
+        film = load_film(file, points, frame_rate=1000)
+    assert f"a: {name} in frame {frame}." in said[0].message.details
+    assert np.argwhere(film.bridged).tolist() == [[frame, points.index(name)]]
+    np.testing.assert_allclose(film.displacement, clean.displacement, atol=12)
+    np.testing.assert_allclose(film.rest, clean.rest, atol=0.5)
+
+
+@pytest.mark.parametrize(
     ("points", "match"),
     [
         (["base", "tipp"], "no landmark 'tipp'. Did you mean 'tip'"),
@@ -217,6 +235,22 @@ def test_deflections_with_another_zero_give_the_same_stiffness_and_say_so(zero):
     assert [z for z, _ in fit.zero.values()] == pytest.approx([zero] if zero else [], rel=1e-3)
     assert all(0 < half < 0.5 for _, half in fit.zero.values())
     assert ("neither begin nor end at 0" in " ".join(fit.describe())) is (zero != 0)
+
+
+@pytest.mark.parametrize(("sign", "rest"), [(1, -1.5), (1, 1.0), (-1, -1.5), (-1, 1.0)])
+def test_a_curve_that_begins_at_a_preload_or_before_contact_gives_the_same_stiffness(
+    sign, rest
+):
+    antenna = Antenna.from_beam(
+        length=20.0, radius=0.2, modulus=1000.0, density=1e-3, n_segments=8, damping_time=1.0
+    )
+    moved = np.linspace(0.0, 3.0, 13)
+    force = 1.4 * compute_force(antenna, np.maximum(moved - rest, 0.0), 8.0)
+    curve = ForceCurve(deflection=sign * moved, force=sign * force, at=8.0)
+    fit = fit_measurements([Measurements(forces=(curve,))], antenna)
+    assert fit.p[0] == pytest.approx(1.4, rel=2e-3)
+    assert [z for z, _ in fit.zero.values()] == pytest.approx([sign * rest], rel=5e-3)
+    assert "not one from rest at 0" in " ".join(fit.describe())
 
 
 @pytest.mark.parametrize(("factor", "asked"), [(1 / 160, True), (1 / 20, False), (1e3, True)])

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.tables import find_times, parse_table, read_table
+from feeler.files import read_start
+from feeler.tables import find_times, parse_table, read_table, sniff_columns
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
@@ -29,6 +30,16 @@ def test_delimiters_notes_and_missing_cells(tmp_path, delimiter):
     assert table.notes == {"rate": "1000 Hz", "source": "synthetic"}
     np.testing.assert_array_equal(table.values, [[1.0, np.nan], [np.nan, 0.25]])
     np.testing.assert_array_equal(table.line, [4, 5])
+
+
+@pytest.mark.parametrize("coding", ["utf-16", "utf-8-sig", "utf-8"])
+def test_unicode_text_and_broken_headers_of_spreadsheets(tmp_path, coding):
+    path = tmp_path / "t.txt"
+    path.write_bytes('"force\r\n(µN)"\t"a"\r\n1,5\t2\r\n\t-3,25\r\n'.encode(coding))
+    table = read_table(path)
+    assert table.columns == ("force (µN)", "a")
+    assert sniff_columns(read_start(path, 4096)) == ["force (µN)", "a"]
+    np.testing.assert_array_equal(table.values, [[1.5, 2.0], [np.nan, -3.25]])
 
 
 @pytest.mark.parametrize(

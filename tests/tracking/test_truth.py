@@ -222,6 +222,12 @@ def stick(position):
     position[88:313, 0] = position[88, 0] + noise  # on something in the picture
 
 
+def stick_where_it_is(position):
+    position += np.linspace(0, 100, len(position))[:, None, None]  # the animal walks on
+    noise = np.random.default_rng(4).normal(0, 0.3, (300, 2))
+    position[-300:, 0] = position[-301, 0] + noise
+
+
 def repeat_every_frame(position):
     position[1::2] = position[0:-1:2][: len(position[1::2])]
 
@@ -235,6 +241,7 @@ def repeat_every_frame(position):
         ),
         (leave_head_behind, "head stands still or moves on a straight line in 100% of"),
         (stick, "left_tip jumps and stays where it is then"),
+        (stick_where_it_is, "left_tip stays on one place in 75% of the film while head moves"),
         (repeat_every_frame, "50% of the frames repeat the one before"),
     ],
 )
@@ -391,12 +398,16 @@ def test_stray_places_are_left_out_and_so_many_that_some_remain_are_told(rate):
         assert told or found.mean_peak == pytest.approx(known, rel=0.1)
 
 
-def test_zeros_for_lost_points_are_no_places_but_a_landmark_at_the_origin_is(tmp_path):
+@pytest.mark.parametrize("mark", [0, -1, 9999])
+def test_marks_of_lost_points_are_no_places_but_a_landmark_at_the_origin_is(tmp_path, mark):
     position = film(2, 100)
     clean = measure_exploration([make(position, 100)]).mean
-    position[20:23, 0] = position[70:72, 1] = [0.0, 600.0]  # (0, 0) in the file
+    position[20:23, 0] = position[70:72, 1] = [mark, 600.0 - mark]
     found = load_tracks(write(tmp_path / "t.csv", position), frame_rate=100)
-    assert found.notes["(0, 0)"] == "counts as not seen, frames: left_tip 3, right_tip 2"
+    assert (
+        found.notes[f"({mark}, {mark})"]
+        == "counts as not seen, frames: left_tip 3, right_tip 2"
+    )
     assert measure_exploration([found]).mean == pytest.approx(clean, rel=0.01)
     still = film(2, 100) - [200.0, -300.0]  # head at the file's origin
     still[:, 2] = [0.0, 600.0]

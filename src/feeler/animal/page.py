@@ -61,8 +61,9 @@ def _add_fit(section: Section, fit: MeasurementFit, animals: Sequence[Measuremen
     if curves := list({id(one): one for animal in animals for one in animal.forces}.values()):
         section.figure(
             "forces",
-            "Force against deflection: as measured (dots) and of the fitted antenna (lines).",
-            lambda figure: draw_forces(curves, fit.antenna, figure),
+            "Force against deflection from rest: as measured (dots) and of the fitted antenna"
+            " (lines).",
+            lambda figure: draw_forces(curves, fit, figure),
         )
 
 

@@ -393,6 +393,8 @@ def _measure_walks(study: AnimalStudy) -> list[Tracks]:
         length=None if study.antenna is None else study.antenna.length,
         landmarks={"tips": walks.tips, "head": walks.head, "abdomen": walks.abdomen},
     )
+    for file, remarks in zip(walks.files.values(), study.kinematics.remarks, strict=True):
+        study.problems |= {file: " ".join(remarks)} if remarks else {}
     return [one if walks.scale is None else one.scaled(walks.scale) for one in tracks]
 
 

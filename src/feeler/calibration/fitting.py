@@ -445,10 +445,9 @@ def _refit_all(problem: Problem, values: np.ndarray, x: np.ndarray, refits: int)
         targets=problem.targets.with_values(np.maximum(values, 1e-6)),
         protocol=problem.protocol,
     )
-    inside = np.clip(x, low, high)
     least_squares(
         again.compute_residuals,
-        inside,
+        np.clip(x, low, high),
         jac=again.compute_jacobian,
         bounds=(low, high),
         x_scale=problem.hinges.scale,

@@ -2,6 +2,7 @@
 impulses.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -47,6 +48,8 @@ _LEAST_RATIO = 0.01  # [C] of an impulse's deflection ratio
 _HEAVY = 2.0  # [C] factor on the mass that is questioned
 _STIFF = 30.0  # [C] the same of the stiffness, of which a modulus is a first guess only
 _AT_ZERO = 0.02  # [C] of a curve's deflections, by which their end may miss 0 and 0 be at rest
+_BETTER = 6.0  # [C] squares of the noise by which another zero must fit a curve better than 0
+_ZEROS = 23  # zeros that are tried before a fit
 _ROUNDS = 3  # fits, with the noise of each measurement taken from the fit before
 _MAX_STEPS = 30
 _BAD = 0.15  # [C] relative residual, beyond which another start is tried
@@ -149,7 +152,8 @@ class MeasurementFit(Shown):
         Root mean square of what is left of each measurement, as a share of its largest value.
     zero : dict[str, tuple[float, float]]
         Fitted deflection at which the antenna rests, and half of its 95 % interval [mm], of each
-        force curve that neither begins nor ends at a deflection of 0. A straight curve has none.
+        force curve that neither begins nor ends at a deflection of 0, or is clearly not one from
+        rest at 0. A straight curve has none.
     directions : EigenParameters
         Combinations that the first animal's measurements determine best and least.
     protocol : Protocol
@@ -199,8 +203,8 @@ class MeasurementFit(Shown):
                     " the frame rate, and the units of force and deflection right?"
                 )
         lines += [
-            f"{name}: its deflections neither begin nor end at 0, so where the antenna rests is"
-            f" fitted too: at {value:.4g} ± {half:.2g} mm"
+            f"{name}: its deflections neither begin nor end at 0, or its curve is not one from rest"
+            f" at 0, so where the antenna rests is fitted too: at {value:.4g} ± {half:.2g} mm"
             for name, (value, half) in self.zero.items()
         ]
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
@@ -289,7 +293,8 @@ def fit_measurements(
     Each measurement weighs by its own noise: of a first fit's residuals, corrected for how much
     neighbouring residuals agree, and at least 0.5 % of its largest value [C]. Of releases one
     amplitude and the moment of release are free, of force curves the force at rest and, where the
-    deflections neither begin nor end at 0, the deflection at rest.
+    deflections neither begin nor end at 0 or the curve is clearly not one from rest at 0, the
+    deflection at rest.
 
     Parameters
     ----------
@@ -496,7 +501,10 @@ def _make_blocks(animal: Measurements, hinges: Hinges, protocol: Protocol) -> li
     for k, traces in enumerate(animal.releases):
         label = "release" if len(animal.releases) == 1 else f"release {k + 1}"
         blocks.append(_make_release(label, traces, protocol))
-    forces = [_make_force(f"force at {curve.at:.4g} mm", curve) for curve in animal.forces]
+    forces = [
+        _make_force(f"force at {curve.at:.4g} mm", curve, hinges.build(hinges.start))
+        for curve in animal.forces
+    ]
     impulses = [_make_impulse("impulse", ratios, protocol) for ratios in animal.ratios]
     return [*blocks, *forces, *impulses]
 
@@ -530,18 +538,40 @@ def _make_release(label: str, traces: Traces, protocol: Protocol) -> _Block:
     )
 
 
-def _make_force(label: str, curve: ForceCurve) -> _Block:
+def _make_force(label: str, curve: ForceCurve, antenna: Antenna) -> _Block:
+    """A force curve, with a fitted deflection at rest where it neither begins nor ends at 0, or
+    where one fits it better: it may begin at a preload, or before contact, when a probe that only
+    pushes feels no force.
+    """
     largest, span = float(np.ptp(curve.force)), float(np.ptp(curve.deflection))
     ends = np.array([curve.deflection.min(), curve.deflection.max()]) / span
     nearest = float(ends[np.abs(ends).argmin()])
     begin = nearest if ends[0] * ends[1] > 0 else 0.0  # it begins near contact
-    unknown = abs(nearest) > _AT_ZERO
+    side = 1.0 if ends[1] - begin > begin - ends[0] else -1.0
     most = STEEP * curve.at / span
-    reach = (max(begin - 1.0, ends[1] - most), begin, min(begin + 1.0, ends[0] + most))
+    # a tenth of the curve, at least, is pushed
+    far = (ends[0] + 0.1, begin + 1.0) if side < 0 else (begin - 1.0, ends[1] - 0.1)
+    reach = (max(far[0], ends[1] - most), min(far[1], ends[0] + most))
+
+    def push(one: Antenna, zero: float, only_pushed: bool) -> np.ndarray:
+        moved = side * (curve.deflection - span * zero)
+        return compute_force(
+            one, side * (np.maximum(moved, 0) if only_pushed else moved), curve.at
+        )
+
+    def miss(zero: float, only_pushed: bool) -> float:
+        # share of the forces' variance that the antenna leaves at its best stiffness
+        return 1 - max(np.corrcoef(push(antenna, zero, only_pushed), curve.force)[0, 1], 0) ** 2
+
+    tried = itertools.product(np.linspace(*reach, _ZEROS)[1:-1], (False, True))
+    least, first, only_pushed = min((miss(*how), *how) for how in tried)
+    strength = np.var(curve.force) / largest**2 * curve.force.size
+    noise = max(strength * least / max(curve.force.size - 3, 1), _LEAST**2)
+    unknown = abs(nearest) > _AT_ZERO or strength * (miss(0.0, False) - least) > _BETTER * noise
 
     def compute(antennas: Sequence[Antenna], shift: np.ndarray) -> np.ndarray:
         left = [
-            compute_force(one, curve.deflection - span * zero, curve.at) - curve.force
+            push(one, zero, bool(only_pushed and unknown)) - curve.force
             for one, zero in zip(antennas, shift, strict=True)
         ]
         left = [one - one.mean() for one in left]  # the force at rest
@@ -554,7 +584,7 @@ def _make_force(label: str, curve: ForceCurve) -> _Block:
         sd=np.array([0.02]),
         least=1e-3,
         free=1 + unknown,
-        shift=reach if unknown else None,
+        shift=(reach[0], float(first), reach[1]) if unknown else None,
         zero=span if unknown else 0.0,
     )
 

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,12 +33,13 @@ from feeler.records import Ge, Gt, Len, Record, Shown, Unit
 from feeler.tables import find_times, read_table, sniff_columns, split_unit
 from feeler.tensors.formats import PLAIN_TABLES, START, Format
 from feeler.tracking import Tracks, load_tracks
+from feeler.tracking.quality import find_usual
 from feeler.validation import checked
 
 # Columns by name and unit: length_um, force (mN), diameter [µm].
 
 _LENGTHS = {**BEAM_UNITS["length"], "nm": 1e-6}
-_DEFLECTION, _FORCE = ("deflection", "displacement"), ("force", "load")
+_DEFLECTION, _FORCE = ("deflection", "displacement", "extension"), ("force", "load")
 _FORCES = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9, "g": 9.80665e-3, "mg": 9.80665e-6}
 
 
@@ -298,6 +300,11 @@ def compute_force(
     return sign * np.where(inside > 0, curve(inside), sign * asked / compliance)
 
 
+_AGREE = 0.25  # [C] of how far a place is off, by which the places beside it may differ
+_STRAY = (
+    0.1,
+    5.0,
+)  # [C] of the antenna's length, and times what is usual: a place off its path
 _STILL = 0.02  # [C] share of the antenna's length by which a base moves that is clamped
 
 
@@ -472,6 +479,18 @@ def make_film(
         )
     part = slice(whole[0], whole[-1] + 1)
     position, lost = position[part], lost[part]
+    stray = _find_strays(position)
+    if stray.any():
+        text = (
+            "places that are off their path in a single frame are left out, as tracking errors."
+        )
+        where = [
+            f"{one} in frame {', '.join(map(str, whole[0] + np.flatnonzero(row)))}"
+            for one, row in zip(names, stray.T, strict=True)
+            if row.any()
+        ]
+        warnings.warn(ModelValidityWarning(text, f"{name}: {'; '.join(where)}."), stacklevel=3)
+        lost = lost | stray
     flat = np.where(lost[..., None], np.nan, position).reshape(len(position), -1)
     filled = bridge(flat, max_gap, [one for one in names for _ in "xy"], name, int(whole[0]))
     position, origin = filled.reshape(position.shape), np.zeros(2)
@@ -502,6 +521,18 @@ def make_film(
         source="synthetic" if tracks.source == "synthetic" else "recorded",
     )
     return film.replace(place=_find_places(said, film.rest))
+
+
+def _find_strays(position: np.ndarray) -> np.ndarray:
+    """Whether a point (frame, point) is far from where both frames beside it agree that it is, and
+    farther than a swing goes in a frame there.
+    """
+    length = np.linalg.norm(np.nanmedian(position[:, -1] - position[:, 0], axis=0))
+    off = np.linalg.norm(position[1:-1] - (position[2:] + position[:-2]) / 2, axis=2)
+    agree = np.linalg.norm(position[2:] - position[:-2], axis=2) < _AGREE * off
+    usual = np.stack([find_usual(row) for row in np.nan_to_num(off).T], axis=1)
+    wrong = agree & (off > _STRAY[0] * length) & (off > _STRAY[1] * usual) & (length > 0)
+    return np.pad(wrong, ((1, 1), (0, 0)))
 
 
 def _find_places(said: Sequence[float | None], rest: np.ndarray) -> np.ndarray:
@@ -569,7 +600,7 @@ def _tell_traces(path: Path, limits: Any, trusted: bool) -> list[str]:
     return [
         f"traces      {', '.join(found.names[:12])}",
         f"since       the release: {found.time.size} {clock}",
-        f"next        feeler calibrate --data {path.name}{rate}",
+        f"next        feeler calibrate --data {quote(path.name)}{rate}",
     ]
 
 
@@ -583,7 +614,7 @@ def _tell_forces(path: Path, limits: Any, trusted: bool) -> list[str]:
     return [
         f"animals     {', '.join(dict.fromkeys(one.name for one in curves))}",
         *spans,
-        f"next        feeler calibrate --data {path.name} --at MM --antenna ANTENNA",
+        f"next        feeler calibrate --data {quote(path.name)} --at MM --antenna ANTENNA",
     ]
 
 
@@ -592,7 +623,7 @@ def _tell_segments(path: Path, limits: Any, trusted: bool) -> list[str]:
     return [
         f"segments    {found.n_segments}, {found.length:.4g} mm in all",
         f"diameter    {2 * found.radius[0]:.4g} (base) … {2 * found.radius[-1]:.4g} mm",
-        f"next        feeler antenna NEW.toml --from {path.name} --modulus MPA",
+        f"next        feeler antenna NEW.toml --from {quote(path.name)} --modulus MPA",
     ]
 
 

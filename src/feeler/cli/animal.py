@@ -11,6 +11,7 @@ Examples:
 """
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -49,11 +50,11 @@ def animal(
         )
     if new is not None:
         write_template(new)
-        typer.echo(f"wrote {new}; fill it in, then: feeler animal {new}")
+        typer.echo(f"wrote {new}; fill it in, then: feeler animal {quote(str(new))}")
         return
     if example is not None:
         written = write_example(example)
-        typer.echo(f"wrote a synthetic animal; next: feeler animal {written}")
+        typer.echo(f"wrote a synthetic animal; next: feeler animal {quote(str(written))}")
         return
     assert plan is not None
     with ProgressBar("animals") as progress:

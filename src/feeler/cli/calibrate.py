@@ -26,6 +26,7 @@ from feeler.cli.options import EngineName, Json, say
 from feeler.errors import FeelerError, InvalidInput
 from feeler.progress import ProgressBar
 
+_LATE = 0.02  # [C] the same of a release, as one that begins a frame before the release leaves
 _BAD = 0.05  # [C] of a measurement's largest value, beyond which the fit is not to be trusted
 
 
@@ -225,8 +226,9 @@ def _fit_data(said: SimpleNamespace, antenna: Any) -> None:
         *_say_modulus(said.antenna, fit),
         *(
             f"{name}: {left:.2g} of its largest value is left"
-            + " (much: does it begin before contact, or slip?)"
-            * ("force" in name and left > 0.05)
+            + " (much: does it slip?)" * ("force" in name and left > _BAD)
+            + " (is the first sample the release? If not: --release found)"
+            * ("release" in name and left > _LATE and traces is not None and not traces.found)
             for name, left in fit.residual.items()
         ),
     ]

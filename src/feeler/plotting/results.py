@@ -501,22 +501,29 @@ def draw_study(study: Any) -> Figure:
     return figure
 
 
-def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> None:
-    """Force against deflection: as measured (dots) and of an antenna (lines), the force at rest
-    taken off.
+def draw_forces(curves: Sequence[Any], fit: Any, figure: Figure) -> None:
+    """Force against deflection from where the antenna rests: as measured (dots) and of the fitted
+    antenna (lines), the force at rest taken off.
     """
     from feeler.calibration import compute_force
 
     ax = figure.subplots()
     for curve in curves:
-        model = compute_force(antenna, curve.deflection, curve.at)
-        shown = 1e3 * (curve.force - np.mean(curve.force - model))
-        order = np.argsort(curve.deflection)
+        end = f": force at {curve.at:.4g} mm"
+        others = [zero for name, (zero, _) in fit.zero.items() if name.endswith(end)]
+        zero = fit.zero.get(f"{curve.name}{end}", [np.mean(others or [0.0])])[0]
+        moved = np.sort(curve.deflection - zero)
+        force = 1e3 * curve.force[np.argsort(curve.deflection)]
+        pushed = moved * moved[np.abs(moved).argmax()] >= 0
+        model = 1e3 * compute_force(fit.antenna, moved[pushed], curve.at)
         (dots,) = ax.plot(
-            curve.deflection, shown, ".", label=f"{curve.name}, {curve.at:.3g} mm from the base"
+            moved,
+            force - np.mean(force[pushed] - model),
+            ".",
+            label=f"{curve.name}, {curve.at:.3g} mm from the base",
         )
-        ax.plot(curve.deflection[order], 1e3 * model[order], color=dots.get_color())
-    ax.set(xlabel="deflection [mm]", ylabel="force [mN]")
+        ax.plot(moved[pushed], model, color=dots.get_color())
+    ax.set(xlabel="deflection from rest [mm]", ylabel="force [mN]")
     ax.legend(fontsize=7)
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import field, replace
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import numpy as np
@@ -529,7 +530,7 @@ def _read(path: Path, limits: Limits, trusted: bool) -> list[str]:
 
 def _suggest(path: Path, recording: Recording) -> str:
     """The command that looks for faults, with the files that it needs."""
-    words = ["feeler robot check", path.name]
+    words = ["feeler robot check", quote(path.name)]
     if recording.n_sensors != N_CHANNELS:
         words.append("--antenna robot.toml")
     if recording.quantity != "angle":

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import numpy as np
@@ -218,6 +219,8 @@ def _is_spikes(path: Path, start: bytes) -> bool:
     if start.startswith(HDF5):
         return path.suffix == ".nwb"
     names = sniff_columns(start)
+    if len(names) == 1:  # without those that are called onsets
+        return bool(find_times(names, "spike"))
     return (
         bool(find_times(names, _EVENTS))
         and len(names) <= 4
@@ -233,7 +236,7 @@ def _tell_spikes(path: Path, limits: Any, trusted: bool) -> list[str]:
         f"units       {len(trains)}: {', '.join([*trains][:12])}",
         f"spikes      {sum(sizes)}, {min(sizes)} to {max(sizes)} of a unit",
         f"last        {last / 1e3:.4g} s",
-        f"next        feeler spikes --recorded {path.name} --onsets CONTACTS.csv",
+        f"next        feeler spikes --recorded {quote(path.name)} --onsets CONTACTS.csv",
     ]
 
 

@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -197,9 +198,9 @@ def describe_bag(path: str) -> list[str]:
     if other:
         more = f", … ({len(other)} in all)" if len(other) > _MAX_TOPICS else ""
         lines.append(f"not read    {', '.join(other[:_MAX_TOPICS])}{more}")
-    name = Path(path).name
     if numeric:
-        return [*lines, f"next        feeler robot check {name}:{numeric[0].lstrip('/')}"]
+        topic = quote(f"{Path(path).name}:{numeric[0].lstrip('/')}")
+        return [*lines, f"next        feeler robot check {topic}"]
     return lines
 
 

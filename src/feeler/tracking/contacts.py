@@ -175,9 +175,8 @@ def tabulate_contacts(
     """
     touching = strength >= least  # False where it is not known
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touching, [0]])))
-    spans = edges.reshape(-1, 2).tolist()
     joined: list[list[int]] = []
-    for start, stop in spans:
+    for start, stop in edges.reshape(-1, 2).tolist():
         if joined and start - joined[-1][1] <= max_gap:
             joined[-1][1] = stop
         else:

@@ -37,6 +37,7 @@ _FLICK = 12.0  # [C] ms between frames; in a film that is as fast no flick is ov
 _GRAINS = (1.0, 0.1, 0.01, 0.001)  # to which coordinates may be rounded
 _RUN = (3, 6)  # [C] frames that repeat a place, or lie on a line, without being measured
 _REPEATED = 0.05  # [C] share of frames that repeat the one before
+_STUCK = (0.05, 0.2)  # [C] of the antenna's length, share of seconds: a tip that stays in place
 _TOGETHER = (0.03, 0.2)  # [C] of the antenna's length, share of frames: tips on one place
 
 
@@ -125,6 +126,13 @@ def leave_out_errors(
                 f"{name} jumps and stays where it is then: before or after, something else was"
                 " tracked. Look at its track."
             )
+    for tip in filter(None, tips if head else ()):
+        stuck = _measure_stuck(place[tip], place[head], reach[tip], tracks.interval)
+        if stuck > _STUCK[1]:
+            doubts.append(
+                f"{tip} stays on one place in {stuck:.0%} of the film while {head} moves: does it"
+                " touch something there, or was it not tracked?"
+            )
     if all(tips):
         apart = np.linalg.norm(place[tips[0]] - place[tips[1]], axis=1)
         near = apart < _TOGETHER[0] * min(reach.values())
@@ -136,6 +144,16 @@ def leave_out_errors(
     for name, values in place.items():
         position[:, tracks.landmarks.index(name)] = values
     return tracks.replace(position=position), found, doubts
+
+
+def _measure_stuck(tip: np.ndarray, head: np.ndarray, length: float, interval: float) -> float:
+    """Share of the film's seconds in which a tip (frame, axis) stays where it is in the picture
+    while the head moves.
+    """
+    n = max(min(int(_LONGEST / interval), len(tip)), 1)
+    seconds = np.stack([tip, head])[:, : len(tip) // n * n].reshape(2, -1, n, tip.shape[1])
+    span = np.linalg.norm(np.ptp(seconds, axis=2), axis=2)
+    return float(np.mean((span[1] > _STUCK[0] * length) & (span[0] < 0.5 * span[1])))
 
 
 def _find_doubts(
@@ -163,7 +181,7 @@ def _find_doubts(
         doubts.append(
             f"{tips[0]} lies on the right and {tips[1]} on the left of the body in"
             f" {min(inward):.0%} of the frames: are the tips exchanged, or is y upwards in the file"
-            " (origin='bottom-left')?"
+            " (origin='bottom-left'), or the picture a mirror's?"
         )
     return doubts
 
@@ -265,7 +283,7 @@ def _find_strays(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarr
     """
     off = np.linalg.norm(path - median_filter(path, size=(5, 1), mode="nearest"), axis=1)
     off[2:-2][frame[4:] - frame[:-4] >= _NEAR] = 0.0  # it shows nothing across a gap
-    odd = (off > _SPIKE * length) & (off > _TIMES_LARGEST * _find_usual(off))
+    odd = (off > _SPIKE * length) & (off > _TIMES_LARGEST * find_usual(off))
     if not odd.any() or (~odd).sum() < 2 * _NEAR:
         return odd & False
     kept, others = frame[~odd], path[~odd]
@@ -288,7 +306,7 @@ def _find_excursions(
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     per_frame = step / np.diff(frame)
     least = length * np.clip(_MAX_SPEED * interval, *_JUMP)
-    jump = (per_frame > least) & (per_frame > _TIMES * _find_usual(per_frame))
+    jump = (per_frame > least) & (per_frame > _TIMES * find_usual(per_frame))
     wrong = np.zeros(len(path), dtype=bool)
     last = len(path) - 1
     for k in np.flatnonzero(jump) + 1:  # the first place after the jump
@@ -313,13 +331,13 @@ def _find_breaks(place: np.ndarray, length: float, interval: float, max_gap: int
         return wrong
     step = np.linalg.norm(np.diff(place[frame], axis=0), axis=1) / np.diff(frame)
     least = _SPIKE if interval <= _FLICK else np.clip(_MAX_SPEED * interval, *_JUMP)
-    jump = (step > least * length) & (step > _TIMES * _find_usual(step))
+    jump = (step > least * length) & (step > _TIMES * find_usual(step))
     jump[1:-1] &= step[1:-1] > _TIMES_LARGEST * np.maximum(step[:-2], step[2:])
     wrong[frame[1:][jump]] = True
     return binary_dilation(wrong, np.ones(2 * (max_gap // 2) + 3))
 
 
-def _find_usual(values: np.ndarray) -> np.ndarray:
+def find_usual(values: np.ndarray) -> np.ndarray:
     """The larger of the medians (row,) of the values before and of those after."""
     size = _NEAR + 1
     shift = size // 2

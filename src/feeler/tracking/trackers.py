@@ -21,6 +21,7 @@ from feeler.tables import (
     find_heading,
     find_times,
     is_numeral,
+    join_lines,
     parse_table,
     split_line,
 )
@@ -194,7 +195,7 @@ def _read_tracker(
     source = Path(path).name
     if _has_hdf5(path):
         return _read_hdf5_file(path, individual, first)
-    text = read_text(path, MAX_BYTES)
+    text = join_lines(read_text(path, MAX_BYTES))
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
         return _read_deeplabcut(text, source, individual, first)
     try:
@@ -499,7 +500,7 @@ def _find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
     """
     columns = list(table.columns)
     values, boxes = table.values.copy(), []
-    for index, column in enumerate(columns):
+    for column in columns:
         stem = column[:-2]
         if column.endswith(".X") and {f"{stem}.{one}" for one in ("Y", "Width", "Height")} <= {
             *columns
@@ -508,7 +509,6 @@ def _find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
             for axis, size in (("X", "Width"), ("Y", "Height")):
                 place, extent = columns.index(f"{stem}.{axis}"), columns.index(f"{stem}.{size}")
                 values[:, place] = values[:, place] + values[:, extent] / 2
-            assert columns[index] == column
     if not boxes:
         return table, {}
     found = Table(**vars(table) | {"values": values})

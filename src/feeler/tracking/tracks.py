@@ -9,6 +9,7 @@ from datetime import datetime
 from difflib import get_close_matches
 from pathlib import Path
 from pkgutil import resolve_name
+from shlex import quote
 from typing import Annotated, Any
 
 import numpy as np
@@ -174,9 +175,9 @@ def load_tracks(
     landmark in each frame: ``frame`` or ``time``, ``keypoint``, ``x``, ``y``, and perhaps
     ``individual`` and ``confidence``.
     Places whose likelihood is below ``min_likelihood`` become NaN and are counted in ``doubted``,
-    and so do places at exactly (0, 0) that are far from those before and after, by which some
-    programs mark a lost point (``notes``). Frames that the file leaves out, by its frame numbers or
-    times, are NaN; nothing is filled in.
+    and so does a place such as (0, 0) or (-1, -1) that is far from those before and after, by which
+    some programs mark a lost point (``notes``). Frames that the file leaves out, by its frame
+    numbers or times, are NaN; nothing is filled in.
 
     Parameters
     ----------
@@ -229,7 +230,7 @@ def load_tracks(
     frame_rate, notes = _choose_rate(found, frame_rate, name)
     found, every = _take_tracked(found)
     frame_rate /= every
-    found, lost = _leave_out_zeros(found)
+    found, lost = _leave_out_marks(found)
     if min_likelihood is None:
         kept = found.settings.get("min_likelihood")
         min_likelihood = kept if isinstance(kept, float) and 0 <= kept <= 1 else MIN_LIKELIHOOD
@@ -320,30 +321,38 @@ def _take_tracked(found: Found) -> tuple[Found, int]:
     ), every
 
 
-def _leave_out_zeros(found: Found) -> tuple[Found, dict[str, str]]:
-    """The same without places at (0, 0) that only mark a lost point, and a note of how many."""
+def _leave_out_marks(found: Found) -> tuple[Found, dict[str, str]]:
+    """The same without places that only mark a lost point, as (0, 0) and (-1, -1) do, and a note of
+    how many.
+    """
     position = found.position.astype(float)
-    zero = (position == 0).all(axis=2)
-    seen = position[np.isfinite(position).all(axis=2) & ~zero]
-    if not zero.any() or not len(seen):
+    alike = (position == position[..., :1]).all(axis=2)
+    values, often = np.unique(position[alike], return_counts=True)
+    if not values.size:
+        return found, {}
+    value = values[often.argmax()]
+    mark = alike & (position[..., 0] == value)
+    seen = position[np.isfinite(position).all(axis=2) & ~mark]
+    if not len(seen):
         return found, {}
     extent = np.ptp(seen, axis=0).max()
     counts = {}
     for k, name in enumerate(found.names):
-        known = np.flatnonzero(np.isfinite(position[:, k]).all(axis=1) & ~zero[:, k])
-        if not zero[:, k].any() or known.size < 2:
+        known = np.flatnonzero(np.isfinite(position[:, k]).all(axis=1) & ~mark[:, k])
+        if not mark[:, k].any() or known.size < 2:
             continue
         usual = np.linalg.norm(np.diff(position[known, k], axis=0), axis=1)
-        edge = known[np.isin(known + 1, np.flatnonzero(zero[:, k]))]
-        edge = np.union1d(edge, known[np.isin(known - 1, np.flatnonzero(zero[:, k]))])
-        away = np.linalg.norm(position[edge, k], axis=1)
+        marked = np.flatnonzero(mark[:, k])
+        edge = known[np.isin(known + 1, marked) | np.isin(known - 1, marked)]
+        away = np.linalg.norm(position[edge, k] - value, axis=1)
         if away.size and np.median(away) > max(_AWAY * extent, 3 * np.percentile(usual, 90)):
-            counts[name] = int(zero[:, k].sum())
-            position[zero[:, k], k] = np.nan
+            counts[name] = marked.size
+            position[marked, k] = np.nan
     if not counts:
         return found, {}
     words = ", ".join(f"{name} {n}" for name, n in sorted(counts.items()))
-    return replace(found, position=position), {"(0, 0)": f"counts as not seen, frames: {words}"}
+    note = f"({', '.join([f'{value:g}'] * position.shape[2])})"
+    return replace(found, position=position), {note: f"counts as not seen, frames: {words}"}
 
 
 def _check_rate(found: Found, name: str) -> float:
@@ -684,7 +693,7 @@ def _describe_spans(found: Found) -> list[str]:
 
 def _suggest(path: Path, found: Found) -> str:
     """The command that measures with these landmarks; those that it needs are to be named."""
-    words = ["feeler tracks", path.name]
+    words = ["feeler tracks", quote(path.name)]
     tips = [name if name in found.names else "" for name in ("left_tip", "right_tip")]
     if not all(tips):
         words.append(f"--tips {','.join(tips) if any(tips) else 'LEFT,RIGHT'}")
@@ -694,8 +703,8 @@ def _suggest(path: Path, found: Found) -> str:
         words.append("--frame-rate RATE")
     if found.position.shape[2] == 3:
         words.append("--plane space")
-    if len(found.individuals) > 1:
-        words.append(f"--individual {found.individuals[0]}")
+    if len(found.individuals) > 1 or "animals" in found.notes:
+        words.append(f"--individual {quote([*found.individuals, 'NAME'][0])}")
     if len(found.names) < 3:
         words.append(
             f"(which needs a tip, head and abdomen, or three --points; here are {len(found.names)}"
