@@ -117,9 +117,10 @@ def test_a_sensor_report_is_in_degrees_and_degrees_a_minute():
     readings = 5 + 3 * level * hinge + 0.1 * rng.standard_normal(30)
     fit = fit_sensors(hinge, level, readings, time=rng.permutation(30) * 7e3)
     head, *rows = fit.report().splitlines()
-    assert "°/pF" in head and "resolution °" in head and head.endswith("drift °/min")
+    assert "°/pF" in head and "resolution °" in head and "drift °/min   angles °" in head
     for k, row in enumerate(rows):
-        _, slope, r2, *errors, drift = map(float, row.split())
+        _, slope, r2, *errors, drift, least, most = map(float, row.replace(" to ", " ").split())
+        assert least < np.rad2deg(-0.3) and np.rad2deg(0.35) < most < 30
         assert (slope, r2) == pytest.approx(
             (np.rad2deg(fit.slope[k]), fit.r_squared[k]), rel=6e-3
         )

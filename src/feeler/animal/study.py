@@ -178,6 +178,9 @@ class AnimalStudy(Shown):
             lines.append(f"wall: this antenna {self.wall.bending}")
         lines += [f"spikes: {name} {value:.4g}" for name, value in self.spikes.items()]
         lines += [f"problem with {name}: {words}" for name, words in self.problems.items()]
+        if self.plan.walks is not None and self.kinematics is not None:
+            files = zip(self.plan.walks.files.values(), self.kinematics.remarks, strict=True)
+            lines += [f"{file}: {' '.join(remarks)}" for file, remarks in files if remarks]
         return [
             *lines,
             *(f"not computed: {k} (needs {words})" for k, words in self.missing.items()),
@@ -393,8 +396,6 @@ def _measure_walks(study: AnimalStudy) -> list[Tracks]:
         length=None if study.antenna is None else study.antenna.length,
         landmarks={"tips": walks.tips, "head": walks.head, "abdomen": walks.abdomen},
     )
-    for file, remarks in zip(walks.files.values(), study.kinematics.remarks, strict=True):
-        study.problems |= {file: " ".join(remarks)} if remarks else {}
     return [one if walks.scale is None else one.scaled(walks.scale) for one in tracks]
 
 

@@ -381,7 +381,7 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """Remember what is taught, for deadlines that may be asked for later; labels that no
         classifier learns from are refused.
         """
-        if y is not None and np.ndim(X) == 3:
+        if isinstance(y, Sequence | np.ndarray | xr.DataArray) and np.ndim(X) == 3:
             check_labels(X, y)
         self._units = getattr(X, "attrs", {}).get("units")
         self._taught = (stack_planes(X), y, beside)
