@@ -108,7 +108,7 @@ def check_counts(tensors: Any, labels: Any, what: str = "labels") -> None:
         )
 
 
-def check_labels(tensors: Any, labels: Labels) -> np.ndarray:
+def check_labels(tensors: Any, labels: Any) -> np.ndarray:
     """Labels (trial,), if they are one for each tensor, and not all of one class."""
     check_counts(tensors, labels)
     found = read_labels(labels)
