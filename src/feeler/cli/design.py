@@ -108,7 +108,7 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
     tolerance = measure_tolerance(found.best, found.task, executor=executor) if robot else None
     fewer, error = found.compare()
     task = found.plan.task
-    seeds = ", ".join(f"{name} {seed}" for name, seed in task.seeds.items())
+    seeds = ", ".join(f"{name} {seed}" for name, seed in task.seeds)
     conditions = (
         f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s,"
         f" {task.deadline:g} ms, noise {task.noise}; seeds of the draws:"

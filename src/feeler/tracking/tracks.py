@@ -327,6 +327,8 @@ def _leave_out_marks(found: Found) -> tuple[Found, dict[str, str]]:
     """
     position = found.position.astype(float)
     alike = (position == position[..., :1]).all(axis=2)
+    if not alike.any():
+        return found, {}
     middle = np.median(np.nan_to_num(position, nan=np.inf), axis=0)
     rests = (position == middle).all(axis=2)  # for more than half of the film
     alike &= ~rests | (position == 0).all(axis=2)
