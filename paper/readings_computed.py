@@ -19,7 +19,7 @@ from feeler.decoding.curves import configure, encode_with, make_null
 from feeler.objects.noise import Common, Relative
 from feeler.report import Section
 from feeler.tensors import rectify
-from feeler.wall.distance import SETUP_CHOICES
+from feeler.wall.distance import SETUP_CHOICES, SUBSTEPS
 from paper import fig3, fig4, fig5_data, fig5f
 from paper.context import Context
 from paper.data import (
@@ -58,7 +58,9 @@ def _compute_wall(sentence: Sentence, context: Context, section: Section) -> Ite
         }
         by_name: dict[str, Any] = dict(zip(family.names, map(float, values), strict=True))
         if sentence.is_main(chosen) and numbers is family.r2:
-            by_name = {name: (value, *ends[name], 4) for name, value in by_name.items()}
+            by_name = {
+                name: (value, *ends[name], len(SUBSTEPS)) for name, value in by_name.items()
+            }
         yield chosen, by_name, {}
 
 

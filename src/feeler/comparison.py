@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from annotated_types import Len
 from matplotlib.figure import Figure
+from sklearn.base import clone
 
 from feeler.analysis import (
     INDICES,
@@ -204,7 +205,7 @@ def compare_antennas(
     listed = list_groups(tensors, reference=next(iter(tensors)))["profile"]
     groups, entropy = {}, {}
     for name, (array, labels) in listed.items():
-        fitted = encoder.__class__(**encoder.get_params())
+        fitted = clone(encoder)
         codes = make_codes(array, fitted, COMPARED_CODES)
         groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
         entropy[name] = float(
@@ -310,16 +311,15 @@ def plot(data: Comparison, figure: Figure) -> None:
 def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title = " against ".join(data.names)
-    told = [
-        f"{data.names[0]} minus {name}, {measure}: {_say_points(one.estimate)} percentage points"
-        f" (95 % CI {_say_points(one.low)} to {_say_points(one.high)})"
-        for (measure, name), one in data.differences.items()
-        if one.low * one.high > 0
-    ]
+    # how far an interval is from 0, negative where it holds 0
+    away = {key: max(one.low, -one.high) for key, one in data.differences.items()}
+    measure, name = key = max(away, key=away.__getitem__)
+    most, told = data.differences[key], sum(gap > 0 for gap in away.values())
     lead = (
-        f"{'; '.join(told) or 'No antenna is more accurate than another'}. The interval leaves out"
-        f" 0 in {len(told)} of {len(data.differences)} differences in accuracy; the same touches,"
-        " at one speed."
+        f"Surest difference: {data.names[0]} minus {name}, {measure},"
+        f" {_say_points(most.estimate)} percentage points (95 % CI {_say_points(most.low)} to"
+        f" {_say_points(most.high)}). Of {len(data.differences)} differences {told} can be told"
+        " from 0; the same touches, at one speed."
     )
     with temporary_folder() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=folder)

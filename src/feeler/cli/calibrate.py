@@ -26,8 +26,8 @@ from feeler.cli.options import EngineName, Json, say
 from feeler.errors import FeelerError, InvalidInput
 from feeler.progress import ProgressBar
 
-_LATE = 0.02  # [C] the same of a release, as one that begins a frame before the release leaves
 _BAD = 0.05  # [C] of a measurement's largest value, beyond which the fit is not to be trusted
+_LATE = 0.02  # [C] the same of a release that begins a frame early, beyond which that is asked
 
 
 def calibrate(

@@ -463,8 +463,9 @@ def _write_words(found: dict[str, Any]) -> list[str]:
         errors = ["none" if value is None else f"{value:.2g}" for value in error]
         both = ", ".join(f"{side} {one}" for side, one in zip(sides, errors, strict=True))
         lines.append(f"  standard error: {both} °/s")
-        below = (*_list_rhythms(row), *_list_contacts(row))
-        lines += [f"  {words}" for words in (*below, *_list_settings(row, found["settings"]))]
+        lines += [f"  {words}" for words in _list_rhythms(row)]
+        lines += [f"  {words}" for words in _list_contacts(row)]
+        lines += [f"  {words}" for words in _list_settings(row, found["settings"])]
     return [*lines, _write_mean(found), *_list_groups(found)]
 
 
@@ -629,7 +630,7 @@ def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, An
     left_out: list[dict[str, int]] = [{} for _ in trials]
     if used["outliers"] == "remove" and all(points):
         ends: dict[str, Any] = {"tips": (points[-1], ""), "bases": (points[0], "")}
-        ends |= {"points": points[1:-1]}
+        ends["points"] = points[1:-1]
         seen = [leave_out_errors(one, **ends, max_gap=used["max_gap"]) for one in trials]
         trials, left_out = [one for one, _, _ in seen], [errors for _, errors, _ in seen]
     postures = [measure_posture(trial, points) for trial in trials]

@@ -167,8 +167,9 @@ class TransferClassifier(Classifier):
                 " channel. Leave it out."
             )
         self._keep(X, y)
-        self.classes_ = sort_classes(read_labels(y))
-        number = number_labels(read_labels(y), self.classes_)
+        labels = read_labels(y)
+        self.classes_ = sort_classes(labels)
+        number = number_labels(labels, self.classes_)
         unit = find_scale(X)  # single precision spans fewer decades
         # copies (trial · n_copies, sensor, time) in Gaussian noise, and whose copy each is
         if self.n_copies < 1 or not (np.isfinite(self.noise) and self.noise >= 0):

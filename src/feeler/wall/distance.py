@@ -247,7 +247,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     return replace(found, bending=explain_bending(sweep.antenna))
 
 
-_SUBSTEPS = (1.0, 0.5, 0.25, 0.1)  # mm [C]; steps in which the wall comes
+SUBSTEPS = (1.0, 0.5, 0.25, 0.1)  # mm [C]; steps in which the wall comes
 
 
 @checked
@@ -270,7 +270,7 @@ def range_r2(
     """
     found = [
         map_distance(approach(antenna, posture, distances, substep=step), **options).r2
-        for step in _SUBSTEPS
+        for step in SUBSTEPS
     ]
     return float(np.min(found)), float(np.max(found))
 
