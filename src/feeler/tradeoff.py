@@ -199,7 +199,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     )
     mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
-    ax.set_ylim(top=4 * data["speed"].values.max())  # room for the legend
+    ax.set_ylim(top=16 * data["speed"].values.max())  # room for the legend
     ax.legend(loc="upper right", title="noise (SD)", title_fontsize=7)
 
 

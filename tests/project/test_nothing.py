@@ -38,7 +38,6 @@ from ._nothing import N_SENSORS, NOTHING, make_dataset
 SWEEP = {
     "n_repeats": 3,
     "n_copies": 3,
-    "n_restarts": 2,
     "null_restarts": 2,
     "null_iter": 5,
     "twins": "all",
@@ -49,6 +48,7 @@ SCALE = replace(
     locations=(0.5, 0.7, 0.9),
     restarts=2,
     side_restarts=2,
+    control_restarts=2,
     max_iter=5,
     sweep={**QUICK.sweep, **SWEEP},
     network={"ratios": (0.1, 0.3), "n_repeats": 3, "n_copies": 3, "max_epochs": 1},

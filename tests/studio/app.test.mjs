@@ -211,9 +211,9 @@ test("the scale is the greatest bend of what is compared, in the quantity that i
   app.quantity = "curvature";
   near(app.findPeak(), 0.32, 1e-6); // 0.64 over 2 mm
   const panel = makeTensorPanel(app), scale = () => { panel.update(); return panel.element.querySelector(".scale").words; };
-  assert.equal(scale(), "± 0.32 /mm");
+  assert.equal(scale(), "± 0.32 /mm, colours by square root");
   app.quantity = "angle";
-  assert.equal(scale(), "± 36.67°");
+  assert.equal(scale(), "± 36.67°, colours by square root");
   touch(app, { slot: "B", id: 3 }, 0.5); // a smaller one after it
   app.quantity = "curvature";
   near(app.findPeak(), 0.16, 1e-6);
