@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from sklearn.base import clone
 
 from feeler.decoding import make_labels
 from feeler.encoding import (
+    ConvolutiveNMF,
     compute_entropies,
     compute_histogram_entropy,
     match_components,
@@ -22,7 +24,6 @@ from paper.context import Context
 from paper.data import WINDOWS, complete_tensors, list_profiles, load_complete, load_tensors
 from paper.fig4 import compare_others, prepare, span
 from paper.fig4 import compute as fit_ranks
-from paper.scale import Scale
 
 # Fig. 5F–G: the bases of each stiffness profile, their entropy, and how well they map to
 # contact location.
@@ -76,8 +77,14 @@ def compute(context: Context) -> SimpleNamespace:
         sets[WINDOWS[1]] = {
             name: complete_tensors(load_complete(context, name)) for name in names
         }
+    fewer = {"n_restarts": context.effort.control_restarts}
     windows = {
-        window: fit_profiles(tensors, context.effort, context.seed)
+        window: fit_profiles(
+            tensors,
+            context.effort.make_encoder(
+                random_state=context.seed, **({} if window == WINDOWS[0] else fewer)
+            ),
+        )
         for window, tensors in sets.items()
     }
     before = {window: f"{window}, " for window in WINDOWS} | {WINDOWS[0]: ""}
@@ -92,13 +99,13 @@ def compute(context: Context) -> SimpleNamespace:
     return SimpleNamespace(rows=rows, windows=windows)
 
 
-def fit_profiles(
-    tensors: Mapping[str, Any], effort: Scale, random_state: int = 0
-) -> SimpleNamespace:
+def fit_profiles(tensors: Mapping[str, Any], encoder: ConvolutiveNMF) -> SimpleNamespace:
     """Encode each profile's tensors alone, on the touches of the slowest speed that all
     profiles have, as profiles are compared there.
 
     tensors : Datasets by profile, with location and speed.
+
+    encoder : unfitted; each profile gets a copy.
 
     Returns
     -------
@@ -116,8 +123,8 @@ def fit_profiles(
     for name, dataset in tensors.items():
         order = np.argsort(make_labels(dataset), kind="stable")
         slow = np.abs(dataset["speed"].values[order] - min(common)) < 1e-6
-        encoder = effort.make_encoder(random_state=random_state)
-        encoders[name] = encoder.fit(prepare(dataset.isel(trial=order[slow])) / peak)
+        array = prepare(dataset.isel(trial=order[slow])) / peak
+        encoders[name] = clone(encoder).fit(array)
     entropy = {
         definition: {
             name: np.array([measure(bases) for bases in encoder.restart_components_])

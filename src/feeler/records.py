@@ -6,7 +6,7 @@ import base64
 import dataclasses
 import functools
 from collections import UserDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
 from dataclasses import fields
 from html import escape
 from pkgutil import resolve_name
@@ -98,6 +98,12 @@ class Registry(UserDict[str, T]):
         if isinstance(self.data[name], _Home):
             self.data[name] = resolve_name(self.data[name])
         return self.data[name]
+
+    def items(self) -> ItemsView[str, T]:
+        """Names with their entries, all imported."""
+        for name in [name for name, entry in self.data.items() if isinstance(entry, _Home)]:
+            self[name]
+        return self.data.items()
 
     def get(self, name: str, default: T | None = None) -> T | None:  # type: ignore[override]
         """The entry called ``name``, or ``default`` where there is none."""
