@@ -388,22 +388,19 @@ def _classify(
     main: bool = False,
 ) -> Iterator[Reading]:
     """Both tests of one pipeline: each start's accuracy, and that of identical touches; of the
-    ``main`` one every start's, and the best start's with the paper's repeats.
+    ``main`` one with the paper's repeats and of every start.
     """
     plan = context.effort.plan
-    fewer = plan.control_repeats or plan.n_repeats
+    n_repeats = plan.n_repeats if main else plan.control_repeats or plan.n_repeats
     n_starts = min(len(starts) for starts in real.values())
     n_starts = n_starts if main else min(n_starts, context.effort.control_restarts)
     sets = [{name: starts[k] for name, starts in real.items()} for k in range(n_starts)]
     if chosen["components"] == "noisy copies":
         sets = sets[:1]
-    found = [
-        _score(context, chosen, codes, fitted, plan.n_repeats if main and k == 0 else fewer)
-        for k, codes in enumerate(sets)
-    ]
+    found = [_score(context, chosen, codes, fitted, n_repeats) for codes in sets]
     alone = {name: (1 / len(code),) * 2 for name, code in null.items()}  # of one code: chance
     if chosen["code"] == "joint":
-        alone = _score(context, chosen, null, fitted, fewer)
+        alone = _score(context, chosen, null, fitted, n_repeats)
     for k, test in enumerate(("noisy copies", "clean originals")):
         values = {name: np.array([one[name][k] for one in found]) for name in real}
         spreads = {name: one if len(one) > 1 else float(one[0]) for name, one in values.items()}
