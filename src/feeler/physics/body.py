@@ -159,17 +159,6 @@ class Body:
             )
         return self._lanes[name]
 
-    def _find_mass(self, name: str) -> float:
-        if name not in self.names:
-            raise InvalidInput(
-                f"there is no object {name!r}; valid: {', '.join(self.names) or 'none'}."
-            )
-        if name not in self.masses:
-            raise InvalidInput(
-                f"object {name!r} has no mass and moves as it is told; give masses= to push it."
-            )
-        return self.masses[name]
-
     def _set_mass(self, name: str, mass: float) -> None:
         if check_number(mass, f"masses[{name!r}]") <= 0:
             raise InvalidInput(f"masses[{name!r}] must be > 0 g, got {mass:g}.")
@@ -278,7 +267,11 @@ class Body:
         """
         pushed = {name: np.zeros(self.dims) for name in self.masses}
         for name, force in (forces or {}).items():
-            self._find_mass(name)
+            if name not in self.masses:
+                raise InvalidInput(
+                    f"object {name!r} has no mass, so that no force moves it; masses= gave one to:"
+                    f" {', '.join(self.masses) or 'none'}."
+                )
             pushed[name] = np.array(check_vector(force, f"forces[{name!r}]", (self.dims,)))
         n_steps = self._groups[0]._count_steps(ms)
         whole = 1 if self.masses or self._spin.any() else n_steps
