@@ -504,7 +504,7 @@ def read_store(path: str | os.PathLike) -> xr.Dataset:
         some: Any = slice(rows[0], rows[-1] + 1) if np.all(np.diff(rows) == 1) else rows
         found: dict[str, xr.Variable] = {}
         for name, array in arrays.items():
-            of_trials, text = _is_of_trials(array), array.dtype.kind in "OTU"
+            of_trials, text = _is_of_trials(array), array.dtype.kind in "UOT"
             lazy = of_trials and (array.ndim > 1 or rows.size > _EAGER)
             if name in labels or lazy:
                 values: Any = labels.get(
