@@ -520,8 +520,8 @@ def read_store(path: str | os.PathLike) -> xr.Dataset:
         if "angle" in found and "curvature" not in found and "segment_length" in found:
             quantity, length = QUANTITIES["curvature"], found["segment_length"].values
             attrs = {"units": quantity.unit, "long_name": quantity.meaning}
-            lazy = indexing.LazilyIndexedArray(_Numbers(path, arrays["angle"], length))
-            item = xr.Variable(found["angle"].dims, lazy, attrs)
+            values = indexing.LazilyIndexedArray(_Numbers(path, arrays["angle"], length))
+            item = xr.Variable(found["angle"].dims, values, attrs)
             found["curvature"] = item.isel(trial=some)
         del attributes[_ABOUT]
         coordinates = attributes.pop("coordinates").split()
