@@ -20,7 +20,7 @@ import pandas as pd
 from filelock import FileLock
 
 from feeler.errors import FeelerError
-from feeler.execute.threads import hold_blas
+from feeler.execute.workers import hold_blas
 from feeler.provenance import PHYSICS, compute_digest, make_key, name_release
 from feeler.report import MARKER, Section
 from feeler.robot.decoder import find_cache

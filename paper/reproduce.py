@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
-from feeler.execute.threads import check_workers
+from feeler.execute.workers import check_workers
 from feeler.report import Section
 from paper import inputs, readings_page
 from paper.cache import SOURCES, Stage, find_kept, list_sources, run_stage

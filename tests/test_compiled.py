@@ -79,7 +79,7 @@ def test_what_was_kept_for_a_class_that_has_another_name_now_is_compiled_anew(tm
 
 def test_kernels_run_as_plain_python(tmp_path):
     code = (
-        "from feeler.encoding.sparseness import *; from feeler.analysis.indices import *; import"
+        "from feeler.encoding.measures import *; from feeler.analysis.indices import *; import"
         " feeler.robot.surrogate"
     )
     assert run(tmp_path, f"{code}; print('whole')", NUMBA_DISABLE_JIT="1") == ["whole"]

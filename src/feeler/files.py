@@ -82,14 +82,11 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
 
 
-def _open_regular(
-    path: str | os.PathLike, max_bytes: int | None = None, follow: bool = True
-) -> BinaryIO:
+def _open_regular(path: str | os.PathLike, max_bytes: int | None = None) -> BinaryIO:
     """A regular file of at most ``max_bytes``, open for reading."""
-    flags = os.O_NONBLOCK | (0 if follow else os.O_NOFOLLOW)
     name = os.fspath(path)
     try:
-        file = os.fdopen(os.open(path, os.O_RDONLY | flags), "rb")
+        file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb")
     except (OSError, ValueError) as error:
         known: dict[type, str] = {FileNotFoundError: "no such file"}
         known[IsADirectoryError] = "not a regular file"
@@ -107,11 +104,9 @@ def _open_regular(
     return file
 
 
-def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) -> bytes:
-    """The bytes of a regular file of at most ``max_bytes``; pipes, devices and (``follow=False``)
-    links are refused.
-    """
-    with _open_regular(path, max_bytes, follow) as file:
+def read_bytes(path: str | os.PathLike, max_bytes: int) -> bytes:
+    """The bytes of a regular file of at most ``max_bytes``; pipes and devices are refused."""
+    with _open_regular(path, max_bytes) as file:
         # not max_bytes: Python takes the memory for all that it is asked for
         return file.read(os.fstat(file.fileno()).st_size)
 
@@ -453,32 +448,27 @@ _LEAST_SHARE = (
 )
 
 
-def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
+def write_atomic(path: Path, data: bytes) -> None:
     """Write ``data`` under another name, wait for the disk, rename, wait again: whole or absent at
     any moment.
-
-    ``durable=False`` does not wait: whole or absent still if the process is killed, but not if the
-    power fails.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{TEMPORARY}")
     try:
         with open(temporary, "wb") as file:
             file.write(data)
-            if durable:
-                file.flush()
-                os.fsync(file.fileno())
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(temporary, path)
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    if durable:
-        # Wait until the disk has the folder's list of names.
-        descriptor = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    # Wait until the disk has the folder's list of names.
+    descriptor = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def check_room(path: Path, n_bytes: int, what: str) -> None:

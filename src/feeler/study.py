@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import CLASSIFIERS, describe_classifier, measure_classifier
 from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor, run_batch
-from feeler.execute.threads import hold_blas
+from feeler.execute.workers import hold_blas
 from feeler.experiments.tactile import touch
 from feeler.objects import NOISES, Noise, Task
 from feeler.objects.trials import Trial

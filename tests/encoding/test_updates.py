@@ -12,7 +12,7 @@ from feeler.encoding.convolution import (
     multiply_bases,
 )
 from feeler.encoding.factorise import Data, Settings, factorise, learn_batch
-from feeler.encoding.sparseness import l1_of_unit_vector
+from feeler.encoding.measures import l1_of_unit_vector
 
 SHAPES = [(2, 3, 4, 5, 11), (1, 2, 3, 6, 6), (3, 2, 3, 1, 7), (2, 2, 3, 6, 8), (2, 1, 4, 9, 30)]
 

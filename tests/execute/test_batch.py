@@ -17,8 +17,7 @@ from threadpoolctl import threadpool_info
 import feeler
 from feeler.errors import InvalidInput
 from feeler.execute import ProcessExecutor, ThreadExecutor, run_batch
-from feeler.execute.processes import WorkerCrashed
-from feeler.execute.threads import hold_blas
+from feeler.execute.workers import WorkerCrashed, hold_blas
 
 from . import _tasks
 
@@ -279,7 +278,7 @@ def test_workers_that_join_late_are_given_work_at_once():
 
 def test_a_worker_has_what_was_imported_for_it_and_its_caller_has_not():
     code = (
-        "import sys\nfrom feeler.execute.processes import USUAL, ProcessExecutor,"
+        "import sys\nfrom feeler.execute.workers import USUAL, ProcessExecutor,"
         " prepare_workers\nfrom tests.execute import _tasks\nprepare_workers([*USUAL,"
         " 'colorsys'])\nwith ProcessExecutor(1) as executor:\n   "
         " print(executor.submit(_tasks.has_loaded, 'colorsys').result(), 'colorsys' in"

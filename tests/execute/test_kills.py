@@ -9,7 +9,7 @@ from multiprocessing import active_children
 import pytest
 
 from feeler.execute import ProcessExecutor, run_batch
-from feeler.execute.processes import WorkerCrashed
+from feeler.execute.workers import WorkerCrashed
 
 from . import _tasks
 

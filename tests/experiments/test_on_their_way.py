@@ -19,7 +19,7 @@ from feeler.errors import (
     OutOfMemory,
     StoreError,
 )
-from feeler.execute import processes
+from feeler.execute import workers
 from feeler.experiments import mechanics as impulse
 from feeler.experiments import tactile as job
 from feeler.experiments.mechanics import release
@@ -135,7 +135,7 @@ def test_each_load_bends_by_itself_where_it_acts():
 
 
 def test_an_aborted_worker_is_one_without_memory():
-    assert isinstance(processes._explain_end(-signal.SIGABRT), OutOfMemory)
+    assert isinstance(workers._explain_end(-signal.SIGABRT), OutOfMemory)
 
 
 def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):

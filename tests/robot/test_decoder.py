@@ -31,8 +31,7 @@ from feeler.robot import (
     touch_robots,
     train_decoder,
 )
-from feeler.robot.board import make_board_decoder
-from feeler.robot.decoder import _LiveTouch
+from feeler.robot.decoder import _LiveTouch, make_board_decoder
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.stream import Link, _Buffer, open_serial, read_lines, read_samples
 

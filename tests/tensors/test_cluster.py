@@ -86,7 +86,7 @@ def test_the_verb_takes_a_cluster(client, tmp_path):
 
 
 def test_no_cluster_there(monkeypatch):
-    monkeypatch.setattr("feeler.execute.processes._PATIENCE", 0.2)
+    monkeypatch.setattr("feeler.execute.workers._PATIENCE", 0.2)
     with (
         pytest.raises(InvalidInput, match="no scheduler answers"),
         open_cluster("nowhere"),

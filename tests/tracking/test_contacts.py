@@ -21,7 +21,7 @@ from feeler.tracking import (
     measure_clearance,
     measure_rhythm,
 )
-from feeler.tracking.contacts import tabulate_contacts
+from feeler.tracking.posture import tabulate_contacts
 
 STEP = 4.0  # ms
 NAMES = ("base", "middle", "tip", "knob", "head", "abdomen")

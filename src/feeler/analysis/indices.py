@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.execute.threads import ThreadExecutor, count_cores
+from feeler.execute.workers import ThreadExecutor, count_cores
 from feeler.records import Record, Registry
 from feeler.tensors.transforms import (
     SQUARED,

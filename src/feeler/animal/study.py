@@ -50,7 +50,7 @@ from feeler.tracking import (
     make_base_motion,
     measure_exploration,
 )
-from feeler.tracking.contacts import tabulate_contacts
+from feeler.tracking.posture import tabulate_contacts
 from feeler.validation import checked
 from feeler.wall import DISTANCES, NEAREST, DistanceMap, approach, map_distance
 from feeler.wall.following import measure_scale

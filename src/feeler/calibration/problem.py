@@ -17,7 +17,7 @@ from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.files import SourceTag
 from feeler.calibration.hinges import Hinges
 from feeler.errors import FeelerError, InvalidInput, SimulationDivergedError
-from feeler.execute.threads import ThreadExecutor, count_cores
+from feeler.execute.workers import ThreadExecutor, count_cores
 from feeler.experiments.mechanics import (
     IMPULSE_LEAD,
     hold,

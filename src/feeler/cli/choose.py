@@ -109,7 +109,7 @@ def choose_executor(
 ) -> Iterator[Any]:
     """Threads, processes, or a cluster's workers, for as long as they are needed."""
     from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
-    from feeler.execute.processes import hush
+    from feeler.execute.workers import hush
 
     if cluster is not None and (processes or workers is not None):
         raise InvalidInput("give either --cluster, or --workers and --processes.")

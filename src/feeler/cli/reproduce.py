@@ -18,7 +18,7 @@ import typer
 
 import feeler
 from feeler.errors import MissingDependencyError, require_extra
-from feeler.execute.processes import USUAL, prepare_workers
+from feeler.execute.workers import USUAL, prepare_workers
 
 _PREPARED = (
     "paper.reproduce",

@@ -423,7 +423,7 @@ def train(
 
 def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
     """The linear decoder of a board, written where it is accurate enough; what is said of it."""
-    from feeler.robot.board import make_board_decoder
+    from feeler.robot.decoder import make_board_decoder
 
     header, accuracy, window = make_board_decoder(decoder)
     words = (

@@ -26,8 +26,7 @@ from feeler.decoding.classifiers import (
     share_kept,
 )
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.execute.processes import find_free_memory
-from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
+from feeler.execute.workers import ThreadExecutor, count_cores, find_free_memory, hold_blas
 from feeler.objects.noise import NOISES, Noise, parse_noise
 from feeler.objects.task import Nuisances
 from feeler.objects.trials import Trial

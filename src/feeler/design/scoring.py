@@ -16,7 +16,7 @@ from feeler.decoding.observers import fit_class
 from feeler.decoding.sweeps import N_COPIES
 from feeler.errors import InvalidInput
 from feeler.execute import Executor
-from feeler.execute.threads import hold_blas
+from feeler.execute.workers import hold_blas
 from feeler.objects.bodies import Object, make_object
 from feeler.objects.noise import Common
 from feeler.objects.task import Nuisances, Task

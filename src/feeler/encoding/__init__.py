@@ -14,7 +14,9 @@ from feeler.encoding.measures import (
     compute_entropies,
     compute_histogram_entropy,
     compute_mass_entropy,
+    hoyer_sparseness,
     map_locations,
+    project_to_sparseness,
 )
 from feeler.encoding.model import ConvolutiveNMF, Flatten, load_encoder, save_encoder
 from feeler.encoding.selection import (
@@ -23,7 +25,6 @@ from feeler.encoding.selection import (
     compute_significance,
     select_encoder,
 )
-from feeler.encoding.sparseness import hoyer_sparseness, project_to_sparseness
 
 __all__ = [
     "LABELS",

@@ -21,7 +21,7 @@ from feeler.encoding.convolution import (
     project_activations,
     reconstruct,
 )
-from feeler.encoding.sparseness import l1_of_unit_vector
+from feeler.encoding.measures import l1_of_unit_vector
 from feeler.tensors.transforms import find_scale
 from feeler.validation import checked
 

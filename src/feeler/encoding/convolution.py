@@ -11,7 +11,7 @@ from scipy import fft
 from scipy.optimize import linear_sum_assignment
 
 from feeler.compiled import compiled, nested
-from feeler.encoding.sparseness import project_row
+from feeler.encoding.measures import project_row
 from feeler.errors import InvalidInput
 from feeler.validation import checked
 

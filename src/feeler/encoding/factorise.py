@@ -26,9 +26,9 @@ from feeler.encoding.convolution import (
     project_activations,
     reconstruct,
 )
-from feeler.encoding.sparseness import l1_of_unit_vector
+from feeler.encoding.measures import l1_of_unit_vector
 from feeler.errors import InvalidInput
-from feeler.execute.threads import ThreadExecutor, hold_blas
+from feeler.execute.workers import ThreadExecutor, hold_blas
 
 # The tensors of a fit, made ready once for any number of starts.
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from feeler.encoding.sparseness import check_sparseness
 from feeler.errors import InvalidInput
 from feeler.tensors.transforms import stack_planes
 
@@ -226,6 +225,15 @@ def check_settings(estimator: Any) -> None:
         value = getattr(estimator, name)
         if not value >= 0:
             raise InvalidInput(f"{name} must be 0 or more; got {value!r}.")
+
+
+def check_sparseness(sparseness: float) -> None:
+    """Refuse what no vector can reach: outside [0, 1)."""
+    if not 0 <= sparseness < 1:
+        raise InvalidInput(
+            f"sparseness must lie in [0, 1), or be None for no constraint; got {sparseness}. The"
+            " paper uses 0.8; 1 would allow a single active moment only."
+        )
 
 
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:

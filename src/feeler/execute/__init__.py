@@ -4,13 +4,13 @@ interface.
 
 from feeler.errors import OutOfMemory
 from feeler.execute.batch import Executor, Outcome, run_batch, run_groups
-from feeler.execute.processes import (
+from feeler.execute.workers import (
     ClusterExecutor,
     ProcessExecutor,
+    ThreadExecutor,
     WorkerCrashed,
     open_cluster,
 )
-from feeler.execute.threads import ThreadExecutor
 
 __all__ = [
     "ClusterExecutor",

@@ -14,8 +14,7 @@ from types import FrameType
 from typing import Any, Protocol
 
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.execute.processes import CRASHES
-from feeler.execute.threads import ThreadExecutor
+from feeler.execute.workers import CRASHES, ThreadExecutor
 from feeler.validation import checked
 
 _RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's

@@ -26,7 +26,7 @@ from feeler.errors import (
     StoreError,
 )
 from feeler.execute import Executor, ThreadExecutor, run_groups
-from feeler.execute.threads import check_workers
+from feeler.execute.workers import check_workers
 from feeler.files import check_room, measure_folder, sweep_old
 from feeler.objects.motion import BaseMotion, Flow
 from feeler.objects.task import SampledTrials

@@ -33,13 +33,13 @@ def _is_convex(corners: np.ndarray, slack: float = 0.0) -> bool:
     return bool(np.all(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0] >= -slack))
 
 
-def trace_rim(corners: np.ndarray, rounding: float, n_arc: int = 16) -> np.ndarray:
-    """Points (point, 2) around a convex part grown by ``rounding``: ``n_arc`` to each corner's arc,
-    for drawing.
+def trace_rim(corners: np.ndarray, rounding: float) -> np.ndarray:
+    """Points (point, 2) around a convex part grown by ``rounding``: 16 to each corner's arc, for
+    drawing.
     """
     if rounding == 0:
         return corners
-    turn = np.linspace(0.0, 2 * np.pi, n_arc * max(len(corners), 4), endpoint=False)
+    turn = np.linspace(0.0, 2 * np.pi, 16 * max(len(corners), 4), endpoint=False)
     outward = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     return corners[np.argmax(outward @ corners.T, axis=1)] + rounding * outward
 

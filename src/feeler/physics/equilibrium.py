@@ -30,7 +30,7 @@ from scipy.linalg import cho_factor, cho_solve
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.compiled import compiled, nested
 from feeler.errors import FeelerError, InvalidInput
-from feeler.execute.threads import hold_blas
+from feeler.execute.workers import hold_blas
 from feeler.physics.engine import announce_compiling
 
 FIRMNESS = 1e3  # [C] 1/mm²; contact stiffness over that of the node's hinge per rad

@@ -18,7 +18,7 @@ from feeler.antenna.animals import match_damping
 from feeler.antenna.files import write_antenna
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, SimulationDivergedError
-from feeler.execute.threads import ThreadExecutor, hold_blas
+from feeler.execute.workers import ThreadExecutor, hold_blas
 from feeler.files import temporary_folder
 from feeler.objects.bodies import Object
 from feeler.objects.shapes import Feature

@@ -549,7 +549,7 @@ for _name, _format in {
         load=lambda path, limits, trusted: _store().read_store(path),
         save=lambda *args, **options: _store()._save_store(*args, **options),
         describe=lambda path: _store()._describe_store(path),
-        glance=lambda path: _store().read_store(path, first=_store().GLANCE),
+        glance=lambda path: _store().read_store(path).isel(trial=slice(_store().GLANCE)),
         find_damage=lambda path: _store()._find_damage(path),
     ),
     "zarr": Format(

@@ -41,13 +41,10 @@ from feeler.files import (  # noqa: E402
     TEMPORARY_DAYS,
     Lock,
     explain,
-    parse_json,
-    read_bytes,
     sweep_old,
     write_atomic,
 )
 from feeler.provenance import to_jsonable, write_canonical  # noqa: E402
-from feeler.sandbox import MAX_TEXT  # noqa: E402
 from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
 from feeler.tensors.schema import MAX_LISTED, QUANTITIES, derive_curvature  # noqa: E402
 from feeler.tensors.writers import check_variable  # noqa: E402
@@ -71,9 +68,21 @@ _MAX_DIFFERENCES = 5
 
 
 class _Folder(LocalStore):
-    """A folder of Zarr files, each whole or absent, and on the disk when it has been written."""
+    """A folder of Zarr files, each whole or absent, and on the disk when it has been written.
+
+    Opened for reading, a link, which may lead anywhere, is refused, and so is a missing chunk,
+    which Zarr would read as NaN; only of flags those may be missing that were never set.
+    """
 
     n_bytes = 0  # that were written
+
+    async def get(self, key: str, *args: Any, **options: Any) -> Buffer | None:
+        link = (self.root / key).is_symlink()
+        found = None if link else await super().get(key, *args, **options)
+        chunk = "/c." in key and not key.startswith(f"{_FLAGS}/")
+        if link or (found is None and chunk and self.read_only):
+            raise FileNotFoundError(f"{self.root / key} is a link, or missing")
+        return found
 
     async def set(self, key: str, value: Buffer) -> None:
         path = self.root / key
@@ -85,17 +94,25 @@ class _Folder(LocalStore):
 _opening = threading.Lock()
 
 
-def _open_arrays(folder: _Folder) -> dict[str, Any]:
-    """The arrays of trials: a file for each chunk, so that what lacks one is damaged."""
+def _open(folder: _Folder) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A store's attributes and its arrays: a file for each chunk, so that what lacks one is
+    damaged.
+    """
     # zarr's configuration is one for all threads: what one restores must not reach into another's
     with _opening, zarr.config.set({"array.write_empty_chunks": True}):
-        root: Any = zarr.open_group(folder, mode="r+")
-        arrays = {name: array for name, array in root.arrays() if array.ndim}
-    return {
-        name: a
-        for name, a in arrays.items()
-        if (a.metadata.dimension_names or "?")[0] == "trial"
-    }
+        root: Any = zarr.open_group(folder, mode="r" if folder.read_only else "r+")
+        arrays = dict(root.arrays())
+    attributes = dict(root.attrs)
+    if attributes[_ABOUT]["format"] != FORMAT and not is_old_store(Path(folder.root)):
+        raise InvalidInput(
+            f"{folder.root} is a store of another format; this feeler reads {FORMAT}. Update"
+            " feeler."
+        )
+    return attributes, arrays
+
+
+def _is_of_trials(array: Any) -> bool:
+    return (array.metadata.dimension_names or ("",))[:1] == ("trial",)
 
 
 def _write(array: Any, indices: Sequence[int], values: np.ndarray) -> None:
@@ -129,8 +146,8 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     )
     folder = _Folder(path)
     with explain(path, state):
-        for name, array in _open_arrays(folder).items():
-            if array.ndim > 1:
+        for name, array in _open(folder)[1].items():
+            if array.ndim > 1 and _is_of_trials(array):
                 _write(array, indices, trials[name].values)
     return folder.n_bytes
 
@@ -213,11 +230,10 @@ class Store(AbstractContextManager):
                 raise
 
     def _resume(self) -> None:
-        about, n_trials = _read_about(self.path), len(self.finished)
-        folder = _Folder(self.path)
-        arrays = _open_arrays(folder)
-        finished, damage = _survey(self.path, arrays)
-        count, n_stored = "number of trials", len(finished)
+        finished, damage = _survey(self.path)
+        attributes, arrays = _open(_Folder(self.path))
+        about, n_stored, n_trials = attributes[_ABOUT], len(finished), len(self.finished)
+        count = "number of trials"
         stored = {count: n_stored} | about["configuration"]
         self._compare(stored, {count: min(n_stored, n_trials)} | self._configuration)
         self.group_size, self.finished[:n_stored] = about["group"], finished
@@ -226,8 +242,8 @@ class Store(AbstractContextManager):
             named = f"These are trials {first} to {last}, in {file}."
             warnings.warn(DetailedWarning(text, named), stacklevel=6)
             file.unlink(missing_ok=True)  # of a damaged chunk no part can be written
-        for first, last, *_ in damage:
-            arrays[_FLAGS][first : last + 1] = finished[first : last + 1]
+        if damage:
+            arrays[_FLAGS][:] = finished
         if _PARAMETERS in arrays and self._made:
             rows = np.flatnonzero(finished).tolist()
             for trial, known in zip(rows, arrays[_PARAMETERS].oindex[rows], strict=True):
@@ -236,30 +252,24 @@ class Store(AbstractContextManager):
                     old, new = json.loads(str(known)), json.loads(asked)
                     self._compare({f"trial {trial}": old}, {f"trial {trial}": new})
         if n_stored < n_trials:
-            held, there = (
-                {*zarr.open_group(folder, use_consolidated=how).array_keys()}
-                for how in (True, False)
-            )
-            if held != there:
-                raise InvalidInput(
-                    f"{min(held ^ there)}/zarr.json does not fit the store's own"
-                )
-            for array in arrays.values():
-                array.resize((n_trials, *array.shape[1:]))
-            _consolidate(folder)  # killed before, it is done again
+            self._grow()
+
+    def _grow(self) -> None:
+        """Make room for more trials; killed before its end, it is done again."""
+        group = json.loads((self.path / "zarr.json").read_bytes())
+        for name, one in group["consolidated_metadata"]["metadata"].items():
+            if one["dimension_names"][:1] == ["trial"]:
+                one["shape"][0] = len(self.finished)
+            write_atomic(self.path / name / "zarr.json", json.dumps(one).encode())
+        write_atomic(self.path / "zarr.json", json.dumps(group).encode())
 
     def _compare(self, stored: dict[str, Any], asked: dict[str, Any]) -> None:
         """Raise where they differ, with up to five of the places."""
-        old, new = dict(_flatten(stored)), dict(_flatten(asked))
-        places = [place for place in {**old, **new} if old.get(place) != new.get(place)]
-        if places:
-            shown = (
-                f"{place}: {_show(old.get(place))} → {_show(new.get(place))}"
-                for place in places[:_MAX_DIFFERENCES]
-            )
+        if places := [*_list_differences(stored, asked)]:
             raise StoreError(
                 f"the store {self.path} was made by another configuration (stored → asked):"
-                f" {'; '.join(shown)}. Use a new store, or the stored configuration."
+                f" {'; '.join(places[:_MAX_DIFFERENCES])}. Use a new store, or the stored"
+                " configuration."
             )
 
     def create(self, like: xr.Dataset) -> None:
@@ -278,7 +288,9 @@ class Store(AbstractContextManager):
         own |= {_PARAMETERS: xr.Variable("trial", np.zeros(0, "U1"))} if self._made else {}
         for name, item in (dict(like.variables) | own).items():
             _create_array(memory, name, item, len(self.finished), self.group_size)
-        _consolidate(memory)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
+            zarr.consolidate_metadata(memory, zarr_format=3)
         with explain(self.path):
             # the group's own file comes last: with it the folder is a store
             for name in sorted(files, key="zarr.json".__eq__):
@@ -307,7 +319,7 @@ class Store(AbstractContextManager):
             f" {self.finished.sum()} finished ones are safe"
         )
         with explain(self.path, state):
-            arrays = self._arrays = self._arrays or _open_arrays(_Folder(self.path))
+            arrays = self._arrays = self._arrays or _open(_Folder(self.path))[1]
             for name, item in trials.variables.items():
                 if item.dims == ("trial",):
                     _write(arrays[str(name)], indices, item.values)
@@ -345,20 +357,18 @@ def _create_array(
     check_variable(name, item)
     text = item.dtype.kind in "UOT"
     of_trials = item.dims[:1] == ("trial",)
-    shape = (n_trials, *item.shape[1:]) if of_trials else item.shape
-    chunk, shard = shape, None
+    rows, one_file = item.shape[:1], None  # of a chunk, of a shard
+    if of_trials:
+        rows = (math.gcd(INNER, group_size) if item.ndim > 1 else _LABELS,)
     if of_trials and item.ndim > 1:
-        chunk = (math.gcd(INNER, group_size), *shape[1:])
-        shard = (group_size, *shape[1:])
-    elif of_trials:
-        chunk = (_LABELS,)
+        one_file = (group_size, *item.shape[1:])
     array = zarr.create_array(
         store,
         name=name,
-        shape=shape,
+        shape=(n_trials, *item.shape[1:]) if of_trials else item.shape,
         dtype=str if text else item.dtype,
-        chunks=tuple(max(n, 1) for n in chunk),
-        shards=shard and tuple(max(n, 1) for n in shard),
+        chunks=tuple(max(n, 1) for n in (*rows, *item.shape[1:])),
+        shards=one_file and tuple(max(n, 1) for n in one_file),
         filters=None,
         compressors=[ZstdCodec(level=_LEVEL), Crc32cCodec()],
         fill_value="" if text else np.nan if item.dtype.kind == "f" else 0,
@@ -370,20 +380,18 @@ def _create_array(
         array[...] = item.values
 
 
-def _consolidate(store: Any) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
-        zarr.consolidate_metadata(store, zarr_format=3)
-
-
-def _flatten(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """The entries of nested dictionaries and lists, each under its place."""
-    if not isinstance(value, dict | list):
-        yield name, value
-        return
-    for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        place = f"{name}[{key}]" if isinstance(value, list) else f"{name}.{key}".lstrip(".")
-        yield from _flatten(item, place)
+def _list_differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
+    """Where plain data differ, and what stands there."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in old | new:
+            yield from _list_differences(
+                old.get(key), new.get(key), f"{place}.{key}".lstrip(".")
+            )
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        for k, pair in enumerate(zip(old, new, strict=True)):
+            yield from _list_differences(*pair, f"{place}[{k}]")
+    elif old != new:
+        yield f"{place}: {_show(old)} → {_show(new)}"
 
 
 def _show(value: Any) -> str:
@@ -433,17 +441,6 @@ def _save_store(
 # Reading: stored trials as a Dataset that reads its numbers when they are used.
 
 
-def _read_about(path: Path) -> dict[str, Any]:
-    """Format, group size and configuration of a store."""
-    raw = read_bytes(path / "zarr.json", MAX_TEXT, follow=False)
-    about = parse_json(raw, f"{path / 'zarr.json'}")["attributes"].get(_ABOUT, {})
-    if about.get("format") != FORMAT:
-        raise InvalidInput(
-            f"{path} is a store of another format; this feeler reads {FORMAT}. Update feeler."
-        )
-    return about
-
-
 @contextmanager
 def _reading(path: Path, what: str = "it") -> Iterator[None]:
     """Turn what libraries say of a damaged store into InvalidInput."""
@@ -464,8 +461,8 @@ class _Numbers(BackendArray):
     """Numbers of trials that are read when they are used; curvature is angle over ``length``."""
 
     def __init__(self, path: Path, array: Any, length: np.ndarray | None = None) -> None:
-        self.path, self.array, self.length = path, array, length
-        self.shape, self.dtype = array.shape, array.dtype
+        self.path, self.array, self.length, self.shape = path, array, length, array.shape
+        self.dtype = np.dtype(object) if array.dtype.kind == "T" else array.dtype
 
     def __getitem__(self, key: Any) -> Any:
         outer = indexing.IndexingSupport.OUTER
@@ -475,22 +472,17 @@ class _Numbers(BackendArray):
         with _reading(self.path, self.array.basename):
             values = np.asarray(self.array.oindex[key])
         if self.length is None:
-            return values
+            return values.astype(self.dtype, copy=False)
         length = self.length[key[-2]]  # (…, sensor, time)
         length = length if isinstance(key[-1], int | np.integer) else length[..., None]
         return derive_curvature(values, length).astype(self.dtype)
 
 
-def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
+def read_store(path: str | os.PathLike) -> xr.Dataset:
     """The finished trials of a store, in trial order, lazily and without locking it.
 
     Numbers are read when they are used, and so are the labels of more than 65,536 trials. Curvature
     is derived from angle where it is not stored.
-
-    Parameters
-    ----------
-    first
-        Only so many trials are read.
 
     Raises
     ------
@@ -503,66 +495,47 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         begun = (path / _FLAGS / "lock").exists()
         raise InvalidInput(empty if begun else f"{path} is no store of feeler.")
     with _reading(path):
-        old = is_old_store(path)
-        rows, labels, made = _read_records(path) if old else (_find_finished(path), {}, [])
-        rows = rows[:first]
+        attributes, arrays = _open(_Folder(path, read_only=True))
+        finished, listed = arrays.pop(_FLAGS), arrays.pop(_PARAMETERS, None)
+        old = _read_records(path) if is_old_store(path) else None
+        rows, labels, made = old or (np.flatnonzero(finished[:]), {}, [])
         if not rows.size:
             raise InvalidInput(empty)
-        root: Any = zarr.open_group(path, mode="r")
-        whole = xr.open_zarr(path, chunks=None, mask_and_scale=False, decode_times=False)
-        del whole.attrs[_ABOUT]
-        dataset = _wrap(path, root, whole.drop_vars(_OWN, errors="ignore").drop_encoding())
-        run = np.all(np.diff(rows) == 1)
-        dataset = dataset.isel(trial=slice(rows[0], rows[-1] + 1) if run else rows)
-        few, found = rows.size <= _EAGER, dict[Any, xr.Variable]()
-        for name, item in dataset.variables.items():
-            text = item.dtype.kind in {"O", "T"}
-            if name in labels:
-                found[name] = item.copy(data=labels[name][:first])
-            elif "trial" not in item.dims or (item.ndim == 1 and few):
-                found[name] = (
-                    item.copy(data=np.array(item.values.tolist(), str)) if text else item.load()
+        some: Any = slice(rows[0], rows[-1] + 1) if np.all(np.diff(rows) == 1) else rows
+        found: dict[str, xr.Variable] = {}
+        for name, array in arrays.items():
+            of_trials, text = _is_of_trials(array), array.dtype.kind in "UOT"
+            lazy = of_trials and (array.ndim > 1 or rows.size > _EAGER)
+            if name in labels or lazy:
+                values: Any = labels.get(
+                    name, indexing.LazilyIndexedArray(_Numbers(path, array))
                 )
-            if text:
-                found.get(name, item).encoding["dtype"] = np.dtypes.StringDType()  # of Zarr v3
-        if _PARAMETERS in root and rows.size <= MAX_LISTED:
-            made = [json.loads(str(text)) for text in root[_PARAMETERS].oindex[rows]]
+            else:
+                values = np.asarray(array.oindex[some] if of_trials else array[...])
+                values = np.array(values.tolist(), str) if text else values
+            kept = {"chunks": array.chunks, "shards": array.shards}
+            kept |= {"dtype": np.dtypes.StringDType()} if text else {}  # of Zarr v3
+            item = xr.Variable(array.metadata.dimension_names, values, dict(array.attrs), kept)
+            found[name] = item.isel(trial=some) if lazy and name not in labels else item
+        if "angle" in found and "curvature" not in found and "segment_length" in found:
+            quantity, length = QUANTITIES["curvature"], found["segment_length"].values
+            attrs = {"units": quantity.unit, "long_name": quantity.meaning}
+            values = indexing.LazilyIndexedArray(_Numbers(path, arrays["angle"], length))
+            item = xr.Variable(found["angle"].dims, values, attrs)
+            found["curvature"] = item.isel(trial=some)
+        del attributes[_ABOUT]
+        coordinates = attributes.pop("coordinates").split()
+        if listed is not None and rows.size <= MAX_LISTED:
+            made = [json.loads(str(text)) for text in listed.oindex[rows]]
         if made and rows.size <= MAX_LISTED:
-            dataset.attrs["trials"] = json.dumps(made[:first], sort_keys=True)
-        return dataset.assign(found)
-
-
-def _find_finished(path: Path) -> np.ndarray:
-    """Numbers of the trials that are on the disk; a missing file, which Zarr would read as NaN, and
-    a link, which may lead anywhere, are refused.
-    """
-    _read_about(path)
-    finished, damage = _survey(path, _open_arrays(_Folder(path)), read=False)
-    if damage:
-        raise InvalidInput(damage[0][-1])
-    return np.flatnonzero(finished)
-
-
-def _wrap(path: Path, root: Any, whole: xr.Dataset) -> xr.Dataset:
-    """All trials, with numbers that are read when they are used, and with curvature."""
-    found = {}
-    for name, item in whole.variables.items():
-        if item.dims[:1] == ("trial",) and item.ndim > 1:
-            lazy = indexing.LazilyIndexedArray(_Numbers(path, root[name]))
-            kept = {"chunks": root[name].chunks, "shards": root[name].shards}
-            found[name] = xr.Variable(item.dims, lazy, item.attrs, kept)
-    if "angle" in found and "curvature" not in found and "segment_length" in whole:
-        length, quantity = whole["segment_length"].values, QUANTITIES["curvature"]
-        lazy = indexing.LazilyIndexedArray(_Numbers(path, root["angle"], length))
-        attrs = {"units": quantity.unit, "long_name": quantity.meaning}
-        found["curvature"] = xr.Variable(found["angle"].dims, lazy, attrs)
-    return whole.assign(found)
+            attributes["trials"] = json.dumps(made, sort_keys=True)
+        return xr.Dataset(found, attrs=attributes).set_coords(coordinates)
 
 
 def _describe_store(path: Path) -> list[str]:
     """How much of a store is finished, without reading its numbers."""
     with _reading(path):
-        finished = np.asarray(zarr.open_group(path, mode="r")[_FLAGS])
+        finished = _open(_Folder(path, read_only=True))[1][_FLAGS][:]
     shown = f"; below: the first {GLANCE}" if finished.sum() > GLANCE else ""
     return [f"{finished.sum()} of {len(finished)} trials finished{shown}"]
 
@@ -572,32 +545,28 @@ def _find_damage(path: Path) -> list[str]:
     if is_old_store(path):
         return []
     with _reading(path):
-        _read_about(path)
-        return [words for *_, words in _survey(path, _open_arrays(_Folder(path)))[1]]
+        return [words for *_, words in _survey(path)[1]]
 
 
-def _survey(
-    path: Path, arrays: dict[str, Any], read: bool = True
-) -> tuple[np.ndarray, list[tuple[int, int, Path, str]]]:
+def _survey(path: Path) -> tuple[np.ndarray, list[tuple[int, int, Path, str]]]:
     """Which trials are finished and undamaged; first and last trial, file, and what to say, of each
-    file that cannot be read or, without ``read``, is not there.
+    file that cannot be read.
     """
+    arrays = {
+        k: a for k, a in _open(_Folder(path, read_only=True))[1].items() if _is_of_trials(a)
+    }
     finished, damage = np.zeros(arrays[_FLAGS].shape, bool), []
     for name, array in sorted(arrays.items(), key=lambda pair: pair[0] != _FLAGS):
         size = (array.shards or array.chunks)[0]
-        entries = os.scandir(path / name)
-        here = {entry.name for entry in entries if entry.is_file(follow_symlinks=False)}
         for start in range(0, len(finished), size):
             part = finished[start : start + size]
-            file = path / name / f"c.{start // size}{'.0' * (array.ndim - 1)}"
-            if not (os.path.lexists(file) if name == _FLAGS else array.size and part.any()):
-                continue
             try:
-                if file.name not in here:
-                    raise FileNotFoundError("no such file, or a link")
-                values = array[start : start + size] if read or name == _FLAGS else part
-                part[:] = values if name == _FLAGS else part
+                if name == _FLAGS:
+                    part[:] = array[start : start + size]
+                elif part.any():
+                    array[start : start + size]
             except Exception as error:  # whatever zarr says of a damaged chunk
+                file = path / name / f"c.{start // size}{'.0' * (array.ndim - 1)}"
                 last = start + len(part) - 1
                 words = (
                     f"{file} (trials {start} to {last}) is missing or damaged ({str(error)[:100]})."

@@ -3,7 +3,6 @@ explores.
 """
 
 from feeler.tables import Table, parse_table, read_table
-from feeler.tracking.contacts import find_contacts, measure_clearance
 from feeler.tracking.kinematics import (
     SIDES,
     Exploration,
@@ -11,9 +10,13 @@ from feeler.tracking.kinematics import (
     compute_antenna_angle,
     find_sweeps,
     measure_exploration,
+)
+from feeler.tracking.posture import (
+    find_contacts,
+    make_base_motion,
+    measure_clearance,
     measure_posture,
 )
-from feeler.tracking.motion import make_base_motion
 from feeler.tracking.quality import make_synthetic_tracks
 from feeler.tracking.rhythm import (
     Groups,

@@ -1,5 +1,5 @@
-"""Contacts of a tracked antenna with an object, a wall or a region: when, how long, and where along
-it.
+"""Where a tracked antenna is: its posture; its contacts with an object, a wall or a region; and a
+tracked body as the motion of its base.
 """
 
 from collections.abc import Sequence
@@ -8,12 +8,97 @@ from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.records import Gt
-from feeler.tracking.kinematics import measure_posture
+from feeler.objects.motion import BaseMotion
+from feeler.records import Choice, Gt
+from feeler.tracking.kinematics import MAX_GAP, _MotionSpectrum, smooth
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
+
+# Posture of a tracked flagellum: headings of its pieces and bends between them, from any number
+# of points.
+
+
+@checked
+def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
+    """Posture in every frame from landmarks along a flagellum, base to tip; NaN where a landmark is
+    missing.
+
+    Parameters
+    ----------
+    tracks
+        In px, or in mm after ``Tracks.scaled``.
+    points
+        At least three landmarks, base first.
+
+    Returns
+    -------
+    Dataset
+        ``position`` (time, point, axis) [px or mm] relative to the base; ``heading`` (time, piece)
+        [rad] of each piece, anticlockwise from +x; ``bend`` (time, joint) [rad] in (−π, π] between
+        neighbouring pieces (of places in space there is no heading, and bends lie in [0, π]);
+        ``curvature`` (time, joint) [1/px or 1/mm], bend over the mean length of the two pieces;
+        ``piece_length`` (piece,), the median over frames.
+
+    Raises
+    ------
+    InvalidInput
+        Fewer than three points, an unknown one, one twice, or no frame that holds two neighbours.
+    """
+    names = tuple(points)
+    if len(names) < 3 or len(set(names)) < len(names):
+        raise InvalidInput(
+            "a posture needs at least 3 different landmarks from base to tip, got"
+            f" {', '.join(names) or 'none'}."
+        )
+    position = np.stack([tracks.of(name) for name in names], axis=1)
+    piece = np.diff(position, axis=1)
+    length = np.linalg.norm(piece, axis=2)
+    if not np.isfinite(length).any(axis=0).all():
+        raise InvalidInput(
+            "two neighbouring landmarks are never seen in one frame: there is no posture to"
+            " measure."
+        )
+    median = np.nanmedian(length, axis=0)
+    unit, joint = tracks.unit, 0.5 * (median[1:] + median[:-1])
+    headings, bend = _measure_bends(piece, length)
+    return xr.Dataset(
+        {
+            "position": (
+                ("time", "point", "axis"),
+                position - position[:, :1],
+                {"units": unit},
+            ),
+            **headings,
+            "bend": (("time", "joint"), bend, {"units": "rad"}),
+            "curvature": (("time", "joint"), bend / joint, {"units": f"1/{unit}"}),
+            "piece_length": (("piece",), median, {"units": unit}),
+        },
+        coords={
+            "time": ("time", tracks.time, {"units": "ms"}),
+            "point": list(names),
+            "joint": list(names[1:-1]),
+            "axis": list("xyz"[: position.shape[2]]),
+        },
+        attrs={"source": tracks.source},
+    )
+
+
+def _measure_bends(piece: np.ndarray, length: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
+    """Headings of pieces (time, piece, axis) as a variable, in a plane, and the bends between."""
+    if piece.shape[2] == 2:
+        heading = np.where(length > 0, np.arctan2(piece[:, :, 1], piece[:, :, 0]), np.nan)
+        bend = np.angle(np.exp(1j * np.diff(heading, axis=1)))
+        return {"heading": (("time", "piece"), heading, {"units": "rad"})}, bend
+    one, next_one = piece[:, :-1], piece[:, 1:]
+    cross = np.linalg.norm(np.cross(one, next_one), axis=2)
+    bend = np.arctan2(cross, np.sum(one * next_one, axis=2))
+    return {}, np.where((length[:, :-1] > 0) & (length[:, 1:] > 0), bend, np.nan)
+
+
+# Contacts: when, how long, and where along the antenna.
 
 _N_PLACES = 101  # places along an antenna at which its distance is measured
 _SPREADS = 5.0  # [C] median absolute deviations by which an antenna bends more than when free
@@ -218,3 +303,89 @@ def _measure_bending(
         middle = np.nanmedian(strength)
         within = float(middle + _SPREADS * np.nanmedian(np.abs(strength - middle)))
     return strength, place, within
+
+
+# A tracked body as the motion of an antenna's base.
+
+
+@checked
+def make_base_motion(
+    tracks: Tracks,
+    *,
+    base: str = "head",
+    towards: tuple[str, str] = ("abdomen", "head"),
+    angle: float = 0.0,
+    cutoff: float | None = None,
+    max_gap: int = MAX_GAP,
+    origin: Annotated[str, Choice(("first", "film"))] = "first",
+) -> BaseMotion:
+    """How an antenna's base moves that sits on a tracked body, from the first frame in which all
+    landmarks are seen to the last.
+
+    The antenna at rest points from the first landmark of ``towards`` to the second, turned by
+    ``angle``. Places are those of ``base``, y upwards. Gaps are filled by a cubic spline; then x, y
+    and heading each pass a zero-phase low-pass.
+
+    Parameters
+    ----------
+    tracks
+        In mm: ``tracks.scaled(pixels_per_mm)``.
+    base
+        Landmark at the antenna's base.
+    towards
+        Two landmarks that say where the body points; or two on the antenna near its base.
+    angle
+        Of the antenna to that direction [rad], positive to the right as seen from above.
+    cutoff
+        Of the low-pass [kHz]; default: from the spectrum of each.
+    max_gap
+        Longest gap that is filled in [frames].
+    origin
+        ``first``: the base begins at (0, 0), and the antenna points up (heading 0), as simulations
+        begin. ``film``: places and headings of the film, so that what else was tracked has its
+        place there.
+
+    Raises
+    ------
+    InvalidInput
+        Tracks in px, no such landmark, fewer than ten frames, or a longer gap.
+    """
+    if tracks.unit != "mm":
+        raise InvalidInput(
+            f"a base moves in mm, but these tracks are in {tracks.unit}: say how many px are 1 mm,"
+            " as in tracks.scaled(8.0)."
+        )
+    body = tracks.of(towards[1])[:, :2] - tracks.of(towards[0])[:, :2]
+    pose = np.column_stack([tracks.of(base)[:, :2], np.arctan2(body[:, 0], body[:, 1]) + angle])
+    seen = np.isfinite(pose).all(axis=1)
+    known = np.flatnonzero(seen)
+    if known.size < 10:
+        raise InvalidInput(
+            f"{base}, {towards[0]} and {towards[1]} are seen together in {known.size} frames; 10 or"
+            " more are needed."
+        )
+    pose, seen = pose[known[0] : known[-1] + 1], seen[known[0] : known[-1] + 1]
+    gaps = np.diff(known) - 1
+    if gaps.max() > max_gap:
+        first = int(known[np.argmax(gaps)]) + 1
+        raise InvalidInput(
+            f"the base is lost in frames {first} to {first + gaps.max() - 1}; gaps of up to"
+            f" {max_gap} frames are filled in. Take a part of the film without such a gap, or"
+            f" max_gap={gaps.max()}."
+        )
+    pose[seen, 2] = np.unwrap(pose[seen, 2])
+    pose = pd.DataFrame(pose).interpolate(method="cubicspline").to_numpy(copy=True)
+    for k, row in enumerate(pose.T):
+        highest = _MotionSpectrum([row - row[0]], tracks.interval).best_cutoff
+        pose[:, k] = smooth(row, tracks.interval, cutoff=cutoff or highest)
+    if origin == "first":
+        turn = pose[0, 2]
+        moved = pose[:, :2] - pose[0, :2]
+        pose = np.column_stack(
+            [
+                moved[:, 0] * np.cos(turn) - moved[:, 1] * np.sin(turn),
+                moved[:, 0] * np.sin(turn) + moved[:, 1] * np.cos(turn),
+                pose[:, 2] - turn,
+            ]
+        )
+    return BaseMotion(time=np.arange(len(pose)) * tracks.interval, pose=pose)
