@@ -85,7 +85,7 @@ def test_a_pushed_object_gives_the_antenna_the_momentum_it_loses():
     impulse = np.zeros(2)
     for _ in range(round(20 / body.timestep)):
         body.step(body.timestep)
-        impulse += body.timestep * body._groups[0].state.force[0, 0]
+        impulse += body.timestep * body._groups[0].force[0, 0]
     lost = 0.05 * (np.array(ball.velocity) - body.objects[0].velocity)
     assert np.abs(lost).max() > 1e-6
     np.testing.assert_allclose(lost, impulse, rtol=0, atol=0.02 * np.abs(impulse).max())

@@ -187,12 +187,12 @@ class Body:
     @property
     def place(self) -> np.ndarray:
         """Where each object's ``place`` is in the world (object, 2) [mm]."""
-        return self._groups[0].state.place[0].copy()
+        return self._groups[0].place[0].copy()
 
     def angle(self, name: str) -> np.ndarray:
         """Hinge angles (segment,) [rad] of one antenna."""
         group, lane = self._find(name)
-        return group.state.angle[lane].copy()
+        return group.angle[lane].copy()
 
     def shape(self, name: str) -> np.ndarray:
         """Base, hinges and tip (segment + 1, 2) [mm] of one antenna in the world."""
@@ -207,8 +207,8 @@ class Body:
     def _compute_reaction(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Force and moment about the body's origin (3,) of an antenna on the body, in its frame."""
         group, lane = self._find(name)
-        force = -self._axes.T @ lift(group.state.base_force[lane])
-        moment = group.state.base_moment[lane]
+        force = -self._axes.T @ lift(group.base_force[lane])
+        moment = group.base_moment[lane]
         own = -self._axes.T @ (lift_turn(float(moment)) if self.dims == 2 else moment)
         return force, own + np.cross(self._mounts[name][0], force)
 
@@ -300,7 +300,7 @@ class Body:
         """Give objects of a mass the velocity that the forces on them make in a timestep."""
         for name, given in pushed.items():
             o = self.names.index(name)
-            back = sum(group.state.force[lane, o] for group, lane in self._lanes.values())
+            back = sum(group.force[lane, o] for group, lane in self._lanes.values())
             change = self.timestep * (given - back) / self.masses[name]
             for group, lane in self._lanes.values():
                 stepper, k = group._find(lane)
@@ -316,9 +316,9 @@ class Body:
 
     def _set_objects(self, objects: Sequence[Object]) -> None:
         for group, lane in self._lanes.values():  # all are asked before any is changed
-            base, scene = group.state.base[lane], group.get_scene(lane)
+            base, scene = group.base[lane], group.get_scene(lane)
             new = [item for item in objects if item not in group.list_objects(lane)]
-            check_clear(scene.antenna, new, group.state.angle[lane], base)
+            check_clear(scene.antenna, new, group.angle[lane], base)
         for group, lane in self._lanes.values():
             group.set_objects(lane, objects)
 

@@ -539,6 +539,43 @@ class Simulations:
         objects[o] = objects[o].replace(place=place, forward=forward or objects[o].forward)
         self.set_objects(lane, objects)
 
+    @property
+    def angle(self) -> np.ndarray:
+        """Hinge angles (lane, segment) [rad]."""
+        return self.state.angle
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Rates of the hinges (lane, segment) [rad/ms]."""
+        return self.state.velocity
+
+    @property
+    def base(self) -> np.ndarray:
+        """x, y [mm] and heading [rad] of the bases (lane, 3)."""
+        return self.state.base
+
+    @property
+    def place(self) -> np.ndarray:
+        """Where each object's ``place`` is (lane, object, 2) [mm]."""
+        return self.state.place
+
+    @property
+    def force(self) -> np.ndarray:
+        """Contact force of each object on the antenna (lane, object, 2) [N] in the last step."""
+        return self.state.force
+
+    @property
+    def base_force(self) -> np.ndarray:
+        """Force of the base on the antenna (lane, 2) [N] in the last step."""
+        return self.state.base_force
+
+    @property
+    def base_moment(self) -> np.ndarray:
+        """Moment of the base on the antenna (lane,) [N·mm], positive as angles are; in space (lane,
+        3).
+        """
+        return self.state.base_moment
+
     @_alone
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
         """This moment of some lanes (default all)."""

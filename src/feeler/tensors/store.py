@@ -233,9 +233,9 @@ class Store(AbstractContextManager):
         finished, damage = _survey(self.path)
         attributes, arrays = _open(_Folder(self.path))
         about, n_stored, n_trials = attributes[_ABOUT], len(finished), len(self.finished)
-        count = "number of trials"
-        stored = {count: n_stored} | about["configuration"]
-        self._compare(stored, {count: min(n_stored, n_trials)} | self._configuration)
+        stored = {"number of trials": n_stored} | about["configuration"]
+        asked = {"number of trials": min(n_stored, n_trials)} | self._configuration
+        self._compare(stored, asked)
         self.group_size, self.finished[:n_stored] = about["group"], finished
         text = "trials of the store will be computed again, as files are missing or damaged."
         for first, last, file, _ in damage:
