@@ -17,7 +17,7 @@ from kept import write_kept
 import feeler
 from feeler.antenna.segments import Antenna
 from feeler.objects.bodies import Object
-from feeler.physics.engine import get_engine
+from feeler.physics.engine import ENGINES
 from feeler.physics.mujoco import _SpaceMujocoStepper
 from feeler.physics.scene import Scene
 
@@ -47,7 +47,7 @@ def make(n: int, touched: bool) -> Scene:
 
 def time_chain(scene: Scene, lanes: int, steps: int) -> float:
     """Seconds of processor time per step and scene."""
-    stepper = get_engine("chain").make([scene] * lanes, TIMESTEP)
+    stepper = ENGINES["chain"].make([scene] * lanes, TIMESTEP)
     stepper.step(round(WARM / TIMESTEP))
     start = time.process_time()
     stepper.step(steps)

@@ -11,7 +11,7 @@ import typer
 from feeler.cli.choose import change_antenna, choose_antenna
 from feeler.cli.options import report_interrupt
 from feeler.physics.contact import get_contact
-from feeler.physics.engine import choose_timestep, get_engine
+from feeler.physics.engine import ENGINES, choose_timestep
 from feeler.progress import ProgressBar
 from paper.cache import SOURCES, list_sources
 from paper.context import Context
@@ -37,7 +37,7 @@ def run(
     inputs: Path | None = None,
 ) -> None:
     """Run the paper as the options of the command line ask, and say what is going on."""
-    get_engine(engine)
+    ENGINES[engine]  # refuses an unknown one
     chosen = change_antenna(choose_antenna(antenna), change)
     is_cockroach = antenna in ("cockroach", "exponential") and not change
     if inputs:

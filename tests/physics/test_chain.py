@@ -16,7 +16,7 @@ from feeler.objects.bodies import Object
 from feeler.physics.chain.fields import B_PULL_X
 from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.contact import Contact, get_contact
-from feeler.physics.engine import ENGINES, get_engine
+from feeler.physics.engine import ENGINES
 from feeler.physics.run import advance, run_scene, simulate
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
 from feeler.presets import make_preset
@@ -213,7 +213,7 @@ def test_a_leg_ends_at_its_step(engine, ends):
     scene = replace(
         touch(size=0.3, n=2), paths=(Path(velocity=tuple(map(tuple, velocity)), end=ends),)
     )
-    stepper, spent = get_engine(engine).make([scene], h), 0
+    stepper, spent = ENGINES[engine].make([scene], h), 0
     for step in (1, 3, 4, 19, 20, 21, 22, 50, 51, 70):
         advance(stepper, [spent], step - spent, Event())
         spent, edges = step, np.array([0.0, *ends, np.inf])
@@ -246,9 +246,9 @@ def test_bad_input_says_what_to_do():
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_the_largest_timestep_is_half_the_contact_s_time_constant(engine):
     scene = touch(size=0.3, n=2, contact=Contact(solref=(0.3, 1.0)))
-    get_engine(engine).make([scene], 0.15)
+    ENGINES[engine].make([scene], 0.15)
     with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms"):
-        get_engine(engine).make([scene], 0.15 * (1 + 1e-6))
+        ENGINES[engine].make([scene], 0.15 * (1 + 1e-6))
 
 
 @pytest.mark.parametrize("damped", [False, True])

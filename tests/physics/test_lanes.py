@@ -8,7 +8,7 @@ import pytest
 from feeler.objects import Ball
 from feeler.objects.bodies import Object
 from feeler.objects.motion import BaseMotion
-from feeler.physics.engine import ENGINES, Stepper, get_engine
+from feeler.physics.engine import ENGINES, Stepper
 from feeler.physics.scene import Scene
 
 from .scenes import CHAINS, DYNAMIC, HOOK, touch
@@ -17,7 +17,7 @@ H = 0.02
 
 
 def make(engine: str, scenes: list[Scene]) -> Stepper:
-    return get_engine(engine).make(scenes, H)
+    return ENGINES[engine].make(scenes, H)
 
 
 def many() -> list[Scene]:

@@ -12,7 +12,7 @@ from feeler.objects.distance import make_hull
 from feeler.objects.meshes import list_solids
 from feeler.objects.shapes import Feature
 from feeler.physics.chain import fields as f
-from feeler.physics.engine import ENGINES, Engine, get_engine
+from feeler.physics.engine import ENGINES, Engine
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
@@ -91,7 +91,7 @@ def read_corners(scene: Scene) -> list[np.ndarray]:
 
 def make_alike(scenes, timestep):
     """The chain with MuJoCo's corners."""
-    stepper = get_engine("chain").make(scenes, timestep)
+    stepper = ENGINES["chain"].make(scenes, timestep)
     own = [c for item in scenes[0].objects for c in list_solids(item.feature)]
     for k, (corners, before) in enumerate(zip(read_corners(scenes[0]), own, strict=True)):
         assert np.abs(np.sort(corners, axis=0) - np.sort(before, axis=0)).max() < 1e-6

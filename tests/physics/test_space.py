@@ -12,7 +12,7 @@ from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Peg
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model
-from feeler.physics.engine import get_engine
+from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.physics.simulation import Simulation, Simulations
@@ -127,7 +127,7 @@ def test_a_planar_scene_in_space_is_the_planar_engines(damped):
     start = np.random.default_rng(0).normal(0, 0.02, 12)
     planar = Scene(antenna=flat, angle=start, **rest)
     spatial = Scene(antenna=antenna, angle=np.stack([start, np.zeros(12)]), **rest)
-    make_chain = get_engine("chain-consistent" if damped else "chain").make
+    make_chain = ENGINES["chain-consistent" if damped else "chain"].make
     (one,), (other,) = ((make_chain([s], 0.02),) for s in (planar, spatial))
     take_planar_contact(other, planar)
     for _ in range(20):

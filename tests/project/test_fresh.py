@@ -7,7 +7,7 @@ import pytest
 from awkward_touches import list_trials
 
 import feeler
-from feeler.physics.engine import ENGINES, get_engine
+from feeler.physics.engine import ENGINES
 from feeler.physics.scene import make_scene
 
 TIMESTEP = 0.05
@@ -31,9 +31,9 @@ def make_scenes():
 
 def ask_stepper(engine):
     first, asked = make_scenes()
-    fresh = get_engine(engine).make([asked], TIMESTEP)
+    fresh = ENGINES[engine].make([asked], TIMESTEP)
     for ruin in (False, True):
-        used = get_engine(engine).make([first], TIMESTEP)
+        used = ENGINES[engine].make([first], TIMESTEP)
         used.step(90)
         used.move_base(0, (1e7, 1e7) if ruin else (0.1, 0.2), 1e5 if ruin else 0.01)
         used.step(40)
@@ -68,8 +68,8 @@ def make_scenes_in_space():
 def ask_space_stepper(engine):
     first, asked = make_scenes_in_space()
     timestep = min(one.contact.scale_timestep(TIMESTEP) for one in (first, asked))
-    fresh = get_engine(engine).make([asked], timestep)
-    used = get_engine(engine).make([first], timestep)
+    fresh = ENGINES[engine].make([asked], timestep)
+    used = ENGINES[engine].make([first], timestep)
     used.step(90)
     used.move_base(0, (0.1, 0.2, -0.1), (0.01, 0.0, 0.02))
     used.step(40)

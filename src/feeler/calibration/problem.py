@@ -25,7 +25,7 @@ from feeler.experiments.mechanics import (
     measure_impulse,
 )
 from feeler.files import make_record, read_toml
-from feeler.physics.engine import DEFAULT_ENGINE, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.provenance import Journal, make_key
@@ -294,7 +294,7 @@ class Protocol(Record):
             timestep=min(steps, default=self.timestep),
         )
         motions: list = [None] * len(scenes)
-        for group in make_groups(scenes, get_engine(self.engine)):
+        for group in make_groups(scenes, ENGINES[self.engine]):
             found = run_group([scenes[i] for i in group], clock, self.engine)
             for index, motion in zip(group, found, strict=True):
                 motions[index] = motion

@@ -39,7 +39,7 @@ from feeler.physics.contact import (
     get_contact,
     list_validity_warnings,
 )
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, ENGINES, choose_timestep
 from feeler.physics.run import (
     TOGETHER,
     Result,
@@ -155,7 +155,7 @@ class _WorkerTask:
         ]
         readings: dict[int, Reading] = {}
         errors: dict[int, Exception] = {}
-        for lanes in make_groups(scenes, get_engine(self.engine), TOGETHER):
+        for lanes in make_groups(scenes, ENGINES[self.engine], TOGETHER):
             results = _run_lanes(
                 [scenes[k] for k in lanes], self.clock, self.engine, self.accuracy
             )
@@ -320,9 +320,7 @@ def _run_trials(
     groups: list[Sequence[int]] = []
     if store is None:
         scenes = [make_scene(job.antenna, trial, job.contact, job.flow) for trial in trials]
-        engine = get_engine(
-            job.engine
-        )  # neighbours together, and enough groups for all workers
+        engine = ENGINES[job.engine]  # neighbours together, and enough groups for all workers
         times = len(trials) // (_GROUPS * engine.lanes)
         groups = [*make_groups(scenes, engine, min(max(times, 1), TOGETHER))]
     else:

@@ -261,18 +261,13 @@ ENGINES: Registry[Engine] = Registry(
 DEFAULT_ENGINE = "chain-consistent"
 
 
-def get_engine(name: str) -> Engine:
-    """The engine called ``name``; the error lists the valid names."""
-    return ENGINES[name]
-
-
 def choose_timestep(timestep: float | None, engine: str, *contacts: Contact) -> float:
     """The timestep [ms], by default the engine's own, as much smaller as the shortest time constant
     of these contacts is below 0.2 ms.
     """
     if timestep is not None:
         return timestep
-    usual = get_engine(engine).timestep
+    usual = ENGINES[engine].timestep
     return min([contact.scale_timestep(usual) for contact in contacts], default=usual)
 
 

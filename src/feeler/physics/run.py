@@ -16,9 +16,9 @@ from feeler.objects.motion import Vector
 from feeler.physics.contact import Contact
 from feeler.physics.engine import (
     DEFAULT_ENGINE,
+    ENGINES,
     Engine,
     Stepper,
-    get_engine,
     make_row,
     split_rows,
 )
@@ -60,7 +60,7 @@ def run_group(
     numbers of lanes are ever compiled. Setting ``stop`` from another thread raises
     KeyboardInterrupt within a chunk.
     """
-    kind = get_engine(engine)
+    kind = ENGINES[engine]
     lanes = 1 if len(scenes) == 1 else kind.lanes
     filled = [*scenes, *[scenes[-1]] * (lanes - len(scenes))]
     return _record(kind.make(filled, clock.timestep), clock, stop or Event())[: len(scenes)]
@@ -254,7 +254,7 @@ def simulate(
     (processes, a Dask client) is handed in. On Ctrl-C no new scene starts.
     """
     scenes = list(scenes)
-    groups = make_groups(scenes, get_engine(engine))
+    groups = make_groups(scenes, ENGINES[engine])
     results: list[Result] = [RuntimeError("never run")] * len(scenes)
     own = ThreadExecutor(workers) if executor is None else None
     run = partial(run_group, clock=clock, engine=engine)
@@ -422,9 +422,7 @@ class _Pair:
 
     def _get(self, level: int) -> Stepper:
         if level not in self.steppers:
-            self.steppers[level] = get_engine(self.engine).make(
-                [self.scene], self._halve(level)
-            )
+            self.steppers[level] = ENGINES[self.engine].make([self.scene], self._halve(level))
         return self.steppers[level]
 
     def _halve(self, level: int) -> float:
@@ -521,7 +519,7 @@ def _compare(
     """
     ends = {i: _find_end(scenes[i], motion, clock) for i, motion in motions.items()}
     names, gaps = [*motions], {}
-    for lanes in make_groups([scenes[i] for i in names], get_engine(engine)):
+    for lanes in make_groups([scenes[i] for i in names], ENGINES[engine]):
         group = [names[lane] for lane in lanes]
         other = Clock(
             duration=max(ends[i] - starts[i] for i in group) * clock.sample_interval,
@@ -692,7 +690,7 @@ def _trust(item: Object) -> float:
 
 def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str) -> list[Result]:
     found: dict[int, Result] = {}
-    for lanes in make_groups(scenes, get_engine(engine)):
+    for lanes in make_groups(scenes, ENGINES[engine]):
         found |= zip(lanes, run_group([scenes[i] for i in lanes], clock, engine), strict=True)
     return [found[i] for i in range(len(scenes))]
 

@@ -37,12 +37,12 @@ from feeler.physics.contact import (
 )
 from feeler.physics.engine import (
     DEFAULT_ENGINE,
+    ENGINES,
     MICRO,
     Contacts,
     State,
     Stepper,
     choose_timestep,
-    get_engine,
 )
 from feeler.physics.run import _explain_end, advance, advance_freely, count_chunk
 from feeler.physics.scene import MAX_STEPS, Scene
@@ -181,7 +181,7 @@ class Simulations:
 
     def _build(self, scenes: list[Scene]) -> None:
         """Put one scene into each lane, at time 0."""
-        kind = get_engine(self._engine)
+        kind = ENGINES[self._engine]
         lanes = 1 if len(scenes) == 1 else kind.lanes
         idle = replace(
             scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None

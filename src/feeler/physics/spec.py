@@ -14,7 +14,7 @@ from feeler.objects.meshes import is_box, list_solids
 from feeler.objects.motion import lift
 from feeler.objects.trials import Trial
 from feeler.physics.contact import MIN_FRICTION, Contact, get_contact
-from feeler.physics.engine import choose_timestep, get_engine
+from feeler.physics.engine import ENGINES, choose_timestep
 from feeler.physics.scene import Scene, make_scene
 
 try:
@@ -465,7 +465,7 @@ def compare_body(antenna: Antenna, trial: Trial, units: str = "si") -> dict[str,
     scene = make_scene(antenna, trial)
     step = choose_timestep(None, "mujoco", scene.contact)
     ends = np.arange(1.0, trial.lead + antenna.length / 2 / max(scene.speed, 0.1))
-    stepper, expected, before = get_engine("chain").make([scene], step), [], 0.0
+    stepper, expected, before = ENGINES["chain"].make([scene], step), [], 0.0
     for end in ends:
         stepper.step(round(end / step) - round(before / step))
         expected.append(stepper.read().angle[0].T.ravel())
@@ -578,7 +578,7 @@ def write_mjcf(
     model = spec.compile()
     key = spec.add_key(name="start")
     if antenna.spatial:
-        start = get_engine("mujoco").make([scene], step)
+        start = ENGINES["mujoco"].make([scene], step)
         key.qpos, key.qvel = start.data.qpos.copy(), start.data.qvel.copy()  # type: ignore[attr-defined]
     elif control:
         key.qpos = [0.0] * len(SERVOS) + [*scene.initial_angle]

@@ -22,7 +22,7 @@ from feeler.decoding.streams import OnsetFinder, Stream
 from feeler.encoding import ConvolutiveNMF
 from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial, trials
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, ENGINES, choose_timestep
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Clock, make_scene
 from feeler.presets import make_preset
@@ -586,7 +586,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
         timestep=choose_timestep(None, DEFAULT_ENGINE, scenes[0].contact),
     )
     angle = np.empty((len(scenes), antenna.sensors.size, clock.n_samples))
-    for done, group in enumerate(groups := make_groups(scenes, get_engine(DEFAULT_ENGINE))):
+    for done, group in enumerate(groups := make_groups(scenes, ENGINES[DEFAULT_ENGINE])):
         tell("touching", 0.6 * done / len(groups))
         try:
             results = run_group([scenes[i] for i in group], clock, stop=stop)

@@ -247,9 +247,9 @@ class Store(AbstractContextManager):
         if _PARAMETERS in arrays and self._made:
             rows = np.flatnonzero(finished).tolist()
             for trial, known in zip(rows, arrays[_PARAMETERS].oindex[rows], strict=True):
-                asked = write_canonical(self._made(trial))
-                if str(known) != asked:
-                    old, new = json.loads(str(known)), json.loads(asked)
+                made = write_canonical(self._made(trial))
+                if str(known) != made:
+                    old, new = json.loads(str(known)), json.loads(made)
                     self._compare({f"trial {trial}": old}, {f"trial {trial}": new})
         if n_stored < n_trials:
             self._grow()
