@@ -28,7 +28,14 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
 from feeler.records import Registry
-from feeler.tensors.transforms import check_squares, label_like, stack_planes
+from feeler.tensors.transforms import (
+    check_axes,
+    check_squares,
+    label_like,
+    read_axes,
+    refuse_masked,
+    stack_planes,
+)
 from feeler.validation import checked, show
 
 # Class labels of trials: feature × size × location.
@@ -383,7 +390,8 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """
         if isinstance(y, Sequence | np.ndarray | xr.DataArray) and np.ndim(X) == 3:
             check_labels(X, y)
-        self._units = getattr(X, "attrs", {}).get("units")
+        refuse_masked(X)
+        self._axes = read_axes(X, aligned=True)
         self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Classifier] = {}
         self.shape_ = _get_shape(self._taught[0])
@@ -403,12 +411,8 @@ class Classifier(ClassifierMixin, BaseEstimator):
                 f"the classifier learned tensors of {known[0]} sensors × {known[1]} samples, got"
                 f" {given[0]} × {given[1]}. Give it touches of the same sensors and window."
             )
-        units, learned = getattr(X, "attrs", {}).get("units"), getattr(self, "_units", None)
-        if units and learned and units != learned:
-            raise InvalidInput(
-                f"the classifier learned tensors in {learned}, these are in {units}. Take them in"
-                f" one unit: feeler.tensors.in_unit(X, {learned!r})."
-            )
+        refuse_masked(X)
+        check_axes(X, getattr(self, "_axes", {}))
 
     def _look(self, X: Any, until: float | None) -> tuple["Classifier", Any]:
         """The classifier for a deadline, fitted when first asked for, and what it may see."""
@@ -438,8 +442,8 @@ def count_until(tensors: Any, until: float) -> int:
     Parameters
     ----------
     tensors
-        A DataArray with the coordinates ``time`` [ms] and ``lead`` (time of contact) [ms]; or an
-        array whose samples of 1 ms begin with contact.
+        A DataArray with the coordinate ``time`` [ms], whose contact is at ``lead`` [ms], or at 0
+        without this coordinate; or an array whose samples of 1 ms begin with contact.
     until
         The moment [ms since contact].
 
@@ -454,8 +458,8 @@ def count_until(tensors: Any, until: float) -> int:
         Trials whose contact begins at different times, or no sample up to the moment.
     """
     time = np.arange(1.0, np.shape(tensors)[2] + 1)
-    if isinstance(tensors, xr.DataArray) and {"time", "lead"} <= {*tensors.coords}:
-        lead = np.unique(tensors["lead"])
+    if isinstance(tensors, xr.DataArray) and "time" in tensors.coords:
+        lead = np.unique(tensors.coords.get("lead", 0.0))
         if lead.size > 1:
             raise InvalidInput(
                 f"contact begins {lead[0]:g} to {lead[-1]:g} ms after the first sample; a deadline"

@@ -25,7 +25,13 @@ from feeler.decoding.classifiers import (
 from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import Noise, parse_noise
-from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
+from feeler.tensors.transforms import (
+    SQUARED,
+    check_squares,
+    find_scale,
+    read_axes,
+    stack_planes,
+)
 
 # Classifiers that are told the noise: templates with scatter, and the ideal observer.
 #
@@ -72,7 +78,7 @@ class _Told(Classifier):
         """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
         tensors = check_tensors(X)
         labels = check_labels(tensors, y)
-        self._units = getattr(X, "attrs", {}).get("units")
+        self._axes = read_axes(X, aligned=True)
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sort_classes(labels)
@@ -175,6 +181,7 @@ class TemplateClassifier(_Told):
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Logits (trial, class)."""
+        X = stack_planes(X)
         self._require(X)
         tensors = self._check_size(check_tensors(X, least=1))
         end = None if until is None else count_until(X, until)
@@ -234,6 +241,7 @@ class IdealObserver(_Told):
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Log-likelihoods (trial, class), up to what all classes share."""
+        X = stack_planes(X)
         self._require(X)
         end = None if until is None else count_until(X, until)
         tensors = self._check_size(check_tensors(X, least=1))
@@ -332,7 +340,7 @@ class StudentTClassifier(Classifier):
         together. ``unknown`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed), looked at for as long as the others last.
         """
-        X = check_tensors(X, least=1)
+        self._axes, X = read_axes(X, aligned=True), check_tensors(X, least=1)
         check_counts(X, y)
         owners = np.asarray(groups if groups is not None else np.arange(len(X)))
         shown = None

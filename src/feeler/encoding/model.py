@@ -36,13 +36,10 @@ from feeler.encoding.factorise import (
 )
 from feeler.encoding.inputs import (
     FIXED_CODES,
-    check_axes,
     check_choice,
     check_settings,
     check_size,
     check_tensors,
-    find_dims,
-    read_axes,
     read_tensors,
     read_weights,
 )
@@ -51,9 +48,12 @@ from feeler.progress import show_progress
 from feeler.records import show_html
 from feeler.tensors.formats import Model, load_model, save_model
 from feeler.tensors.transforms import (
+    check_axes,
     check_squares,
+    find_dims,
     find_scale,
     label_like,
+    read_axes,
     refuse_masked,
 )
 from feeler.validation import checked
@@ -394,13 +394,15 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         """Tensors (trial, sensor, time) from activations (trial, component, time)."""
         check_is_fitted(self, "components_")
         refuse_masked(X)
+        trial, component, time = find_dims(X)
+        if hasattr(X, "dims"):
+            X = X.transpose(trial, component, time)
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
             raise InvalidInput(
                 f"Activations need the shape (trial, {len(self.components_)}, time); got"
                 f" {activations.shape}."
             )
-        trial, _, time = getattr(X, "dims", ("trial", "component", "time"))
         return label_like(
             _like(reconstruct(self.components_, activations), X),
             X,
