@@ -111,8 +111,8 @@ class Link:
             self._timed = False
             return [*([] if held is None else [held]), (time, values)]
         if self._timed:
-            turned = time + (self._turns + (time < self._time - CLOCK / 2)) * CLOCK
-            if 0 < turned - self._time <= _MAX_PAUSE:
+            ahead = time + self._turns * CLOCK - self._time
+            if 0 < (ahead + CLOCK if ahead < -CLOCK / 2 else ahead) <= _MAX_PAUSE:
                 self._drop(held)
                 return [(self.follow(time), values)]
         if held is None or held[0] is None or not 0 < time - held[0] <= _MAX_PAUSE:
