@@ -352,7 +352,10 @@ def test_labels_of_sensors_times_and_masks_are_not_passed_over(tmp_path):
     """Bases are played on their own sensors in their order and at their time between samples."""
     labels = {"trial": np.arange(6), "sensor": list("vwxyz"), "time": 2.0 * np.arange(30)}
     labelled = xr.DataArray(TENSORS, dims=("trial", "sensor", "time"), coords=labels)
-    for model in (make().fit(labelled), make().partial_fit(labelled)):
+    streamed = make().fit_stream(labelled.transpose("time", ...), batch_size=4, n_epochs=1)
+    plain = make().fit_stream(TENSORS, batch_size=4, n_epochs=1)
+    np.testing.assert_array_equal(streamed.components_, plain.components_)
+    for model in (make().fit(labelled), make().partial_fit(labelled), streamed):
         code = model.transform(labelled)
         for again in (model, load_encoder(save_encoder(model, tmp_path / "e.npz"))):
             np.testing.assert_array_equal(again.transform(TENSORS), code)

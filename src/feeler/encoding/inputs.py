@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from feeler.encoding.sparseness import check_sparseness
 from feeler.errors import InvalidInput
@@ -22,7 +23,8 @@ _STARTS = ("windows", "random")
 
 
 def _order(values: Any, dims: tuple[str, ...]) -> Any:
-    return values.transpose(*dims).values if hasattr(values, "dims") else values
+    named = isinstance(values, xr.DataArray | xr.Variable)
+    return values.transpose(*dims).values if named else values
 
 
 def read_tensors(X: Any, mask: Any = None) -> tuple[np.ndarray, np.ndarray | None]:

@@ -395,7 +395,7 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         check_is_fitted(self, "components_")
         refuse_masked(X)
         trial, component, time = find_dims(X)
-        if hasattr(X, "dims"):
+        if hasattr(X, "indexes"):
             X = X.transpose(trial, component, time)
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
@@ -486,6 +486,8 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
                 raise InvalidInput(
                     f"{name} must be a whole number of at least 1; got {value!r}."
                 )
+        if hasattr(source, "indexes"):
+            source = source.transpose(*find_dims(source))
         firsts = [*range(0, source.shape[0], batch_size)] * n_epochs
         if not firsts:
             raise InvalidInput(f"The source holds no trials: shape {source.shape}.")
@@ -493,11 +495,11 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         with show_progress(progress, "batches") as advance:
             for k, first in enumerate(firsts, 1):
                 batch = source[first : first + batch_size]
-                learned = self._learn_batch(
-                    batch if prepare is None else prepare(batch), learned, forget
-                )
+                batch = batch if prepare is None else prepare(batch)
+                learned = self._learn_batch(batch, learned, forget)
                 advance(k, len(firsts))
         self._set_bases(*learned)
+        self._axes = read_axes(batch)
         return self
 
     def _learn_batch(

@@ -211,7 +211,8 @@ def find_dims(X: Any) -> tuple[str, str, str]:
     ``trial``, ``sensor`` and ``time`` are what they say, wherever they stand; dims of other names,
     such as (epoch, neuron, time), take the places that are left, in their order.
     """
-    dims = [str(dim) for dim in getattr(X, "dims", _DIMS)]
+    named = isinstance(X, xr.DataArray | xr.Variable)  # an array of HDF5 has other dims
+    dims = [str(dim) for dim in (X.dims if named else _DIMS)]
     if len(dims) != 3:
         hint = ' One recording is X.expand_dims("trial").' if len(dims) == 2 else ""
         raise InvalidInput(
