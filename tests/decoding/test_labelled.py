@@ -17,6 +17,7 @@ from feeler.decoding.classifiers import NO_CONTACT, count_until, make_svm
 from feeler.decoding.curves import PeakEncoder
 from feeler.decoding.network import TouchNetwork
 from feeler.decoding.observers import StudentTClassifier
+from feeler.decoding.sweeps import compute_sweep
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF
 from feeler.errors import InvalidInput
@@ -187,5 +188,15 @@ def test_other_sensors_clocks_and_masked_touches_are_not_answered_in_silence(tou
                 learn(masked)
         turned = decoder.fit(named, labels).predict_proba(named.transpose("time", ...))
         np.testing.assert_array_equal(turned, wanted)
+    with_numbers = named.assign_coords(trial=range(named.sizes["trial"]))
+    right = xr.DataArray(labels, {"trial": with_numbers.trial}, "trial")
+    for decoder in fitted:
+        assert decoder.fit(with_numbers, right).score(with_numbers, right) == 1
+        for wrong in (right[::-1], right.assign_coords(trial=right.trial + 1)):
+            for ask in (decoder.fit, decoder.score):
+                with pytest.raises(InvalidInput, match="labels are of other trials than the"):
+                    ask(with_numbers, wrong)
+            with pytest.raises(InvalidInput, match="labels are of other trials than the"):
+                compute_sweep(with_numbers, wrong, ratios=(0.1,), n_repeats=1, n_copies=2)
     lately = named.assign_coords(time=named.time * 2)
     assert count_until(lately, 6.0) == 4  # 0, 2, 4 and 6 ms

@@ -108,10 +108,15 @@ def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
 
 
 def check_counts(tensors: Any, labels: Any, what: str = "labels") -> None:
-    """Refuse labels that are not one for each tensor."""
-    if len(labels) != len(tensors):
+    """Refuse labels that are not one for each tensor, or of other trials than these are."""
+    count = getattr(tensors, "sizes", {}).get("trial", len(tensors))
+    if len(labels) != count:
+        raise InvalidInput(f"{count} tensors but {len(labels)} {what}; give one for each.")
+    mine, theirs = (getattr(one, "indexes", {}).get("trial") for one in (tensors, labels))
+    if mine is not None and theirs is not None and not mine.equals(theirs):
         raise InvalidInput(
-            f"{len(tensors)} tensors but {len(labels)} {what}; give one for each."
+            f"{what} are of other trials than the tensors, or in another order, by their"
+            " coordinate trial. Take those of the tensors, such as X.feature, or .values."
         )
 
 
@@ -365,9 +370,9 @@ class Classifier(ClassifierMixin, BaseEstimator):
     ) -> float:
         """Share of labels that are right, in all of their parts."""
         found = self.predict(X, until)
-        found = found.values if isinstance(found, xr.DataArray) else found
         check_counts(found, y)
-        right = [answer == true for answer, true in zip(found, y, strict=True)]
+        pairs = (getattr(one, "values", one) for one in (found, y))
+        right = [answer == true for answer, true in zip(*pairs, strict=True)]
         return float(np.average(right, weights=sample_weight))
 
     def __sklearn_tags__(self) -> Any:
@@ -503,7 +508,7 @@ def measure_classifier(
     classes = list(classifier.classes_)
     if unknown := [label for label in labels if label not in classes]:
         raise InvalidInput(f"the classifier never learned the class {unknown[0]!r}.")
-    check_counts(chance, labels)
+    check_counts(tensors, labels)
     seen = np.isfinite(chance).all(axis=1)
     chance[~seen] = 1 / len(classes)
     true = np.array([classes.index(label) for label in labels])

@@ -77,7 +77,7 @@ class _Told(Classifier):
     def _learn(self, X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
         """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
         tensors = check_tensors(X)
-        labels = check_labels(tensors, y)
+        labels = check_labels(X, y)
         self._axes = read_axes(X, aligned=True)
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
@@ -340,8 +340,8 @@ class StudentTClassifier(Classifier):
         together. ``unknown`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed), looked at for as long as the others last.
         """
-        self._axes, X = read_axes(X, aligned=True), check_tensors(X, least=1)
         check_counts(X, y)
+        self._axes, X = read_axes(X, aligned=True), check_tensors(X, least=1)
         owners = np.asarray(groups if groups is not None else np.arange(len(X)))
         shown = None
         if unknown is not None:

@@ -447,14 +447,14 @@ def compute_sweep(
 def _check_sets(
     codes, labels, held_out
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    train, labels = check_tensors(codes, least=1), read_labels(labels)
-    check_labels(train, labels)
+    train = check_tensors(codes, least=1)
+    labels = check_labels(codes, labels)
     if not train.any():
         raise InvalidInput("all codes are 0: nothing to classify. Did any contact take place?")
     test, test_labels = train, labels
     if held_out is not None:
         test, test_labels = check_tensors(held_out[0], least=1), read_labels(held_out[1])
-        check_counts(test, test_labels)
+        check_counts(*held_out)
     for values in (train, test):
         check_squares(values, "codes")
     if test.shape[1:] != train.shape[1:]:
@@ -605,9 +605,9 @@ def compute_left_out(
     **options
         Of ``compute_sweep``.
     """
-    codes, named = check_tensors(codes, least=1), read_labels(labels)
     check_counts(codes, labels)
     check_counts(codes, groups, "groups")
+    codes, named = check_tensors(codes, least=1), read_labels(labels)
     return {
         name: compute_sweep(
             codes[train], named[train], held_out=(codes[test], named[test]), **options
