@@ -115,6 +115,7 @@ def require_variables(dataset: xr.Dataset, *names: str) -> None:
 
 # The side that a touch comes from: its sign in the tensors, and peaks that do not depend on it.
 
+_SIDES = {"left", "right", "", "nan"}
 
 @checked
 def mirror_to_left(tensors: xr.DataArray) -> xr.DataArray:
@@ -150,6 +151,8 @@ def find_right(tensors: xr.DataArray | xr.Dataset) -> xr.DataArray | None:
     side = tensors.coords.get("side")
     if side is None or not {*side.dims} <= {"trial"}:
         return None
+    if unknown := sorted({*map(str, np.unique(side.astype(str)))} - _SIDES):
+        raise InvalidInput(f"side is 'left', 'right', or empty where unknown; got {unknown[0]!r}.")
     return side.drop_vars([name for name in side.coords if name != "trial"]) == "right"
 
 
@@ -533,8 +536,10 @@ def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.
     """Angles of all hinges (…, hinge) [rad] from those of some (…, sensor), as
     :func:`reconstruct_posture` says.
 
-    ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0.
+    ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0, in any
+    order.
     """
+    hinge, angle = np.sort(hinge), angle[..., np.argsort(hinge)]
     bending = (angle - antenna.rest_angle[..., hinge]) / antenna.segment_length[hinge]
     known, wanted = antenna.hinge_position[hinge], antenna.hinge_position
     between = np.stack([np.interp(wanted, known, row) for row in np.eye(len(known))])
