@@ -346,9 +346,11 @@ class Classifier(ClassifierMixin, BaseEstimator):
         Probabilities (trial, class), NaN without contact; labelled where the tensors are.
         """
         found = self._weigh(self.decide(X, until))
-        return _name_classes(
-            label_like(found, X, ("trial", "class"), "probability"), self.classes_
-        )
+        found = label_like(found, X, ("trial", "class"), "probability")
+        if isinstance(found, np.ndarray):
+            return found
+        # a tuple as make_labels writes one
+        return found.assign_coords({"class": [_write_label(label) for label in self.classes_]})
 
     def predict(self, X: Any, until: float | None = None) -> Any:
         """The best label of each tensor (trial,), ``NO_CONTACT`` where there was none."""
@@ -401,14 +403,15 @@ class Classifier(ClassifierMixin, BaseEstimator):
         self._parts: dict[int, Classifier] = {}
         self.shape_ = _get_shape(self._taught[0])
 
-    def _require(self, X: Any = None) -> None:
-        """Refuse to answer unfitted, or about tensors of other sensors or samples."""
+    def _require(self, X: Any = None) -> Any:
+        """Tensors with dims in order; refused if it is unfitted, or of other sensors or samples."""
         try:
             check_is_fitted(self)
         except NotFittedError:
             raise _NotFitted(
                 "the classifier was asked before it was fitted; call fit(tensors, labels) first."
             ) from None
+        X = stack_planes(X)
         known: tuple[int, ...] = getattr(self, "shape_", ())
         given = _get_shape(X)
         if len(known) == len(given) == 2 and known != given:
@@ -418,11 +421,11 @@ class Classifier(ClassifierMixin, BaseEstimator):
             )
         refuse_masked(X)
         check_axes(X, getattr(self, "_axes", {}))
+        return X
 
     def _look(self, X: Any, until: float | None) -> tuple["Classifier", Any]:
         """The classifier for a deadline, fitted when first asked for, and what it may see."""
-        X = stack_planes(X)
-        self._require(X)
+        X = self._require(X)
         if until is None or (end := count_until(X, until)) == np.shape(X)[2]:
             return self, X
         if not hasattr(self, "_taught"):
@@ -520,13 +523,6 @@ def measure_classifier(
 def _get_shape(X: Any) -> tuple[int, ...]:
     """Lengths of one tensor or row; none for what only turns into an array."""
     return tuple(getattr(X, "shape", ())[1:])
-
-
-def _name_classes(found: Any, classes: Any) -> Any:
-    """Class names beside their probabilities, a tuple as :func:`make_labels` writes one."""
-    if isinstance(found, np.ndarray):
-        return found
-    return found.assign_coords({"class": [_write_label(label) for label in classes]})
 
 
 # Classifiers as scikit-learn pipelines; everything they learn, they learn in ``fit``.

@@ -30,7 +30,6 @@ from feeler.tensors.transforms import (
     check_squares,
     find_scale,
     read_axes,
-    stack_planes,
 )
 
 # Classifiers that are told the noise: templates with scatter, and the ideal observer.
@@ -181,8 +180,7 @@ class TemplateClassifier(_Told):
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Logits (trial, class)."""
-        X = stack_planes(X)
-        self._require(X)
+        X = self._require(X)
         tensors = self._check_size(check_tensors(X, least=1))
         end = None if until is None else count_until(X, until)
         logits = np.empty((len(tensors), len(self.classes_)))
@@ -241,8 +239,7 @@ class IdealObserver(_Told):
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Log-likelihoods (trial, class), up to what all classes share."""
-        X = stack_planes(X)
-        self._require(X)
+        X = self._require(X)
         end = None if until is None else count_until(X, until)
         tensors = self._check_size(check_tensors(X, least=1))
         cut = (part[:, :, :end] for part in (tensors, self.known_, self.sd_))
@@ -388,8 +385,7 @@ class StudentTClassifier(Classifier):
         """The classifier for a deadline, a whole number of means, and for the sensors that have
         values; fitted when first asked for.
         """
-        X = stack_planes(X)
-        self._require(X)
+        X = self._require(X)
         end = np.shape(X)[2] if until is None else count_until(X, until)
         X = np.asarray(X, dtype=float)
         there = np.isfinite(X).any(axis=(0, 2))

@@ -439,7 +439,13 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
             bases have.
         """
         if hasattr(self, "components_"):
-            self._check_shape()
+            n_components, _, n_lags = self.components_.shape
+            if (n_components, n_lags) != (self.n_components, self.n_lags):
+                raise InvalidInput(
+                    f"The encoder has learned {n_components} bases of {n_lags} lags, but"
+                    f" n_components is now {self.n_components} and n_lags {self.n_lags}. Set them"
+                    " back to go on, or call fit or fit_stream, which start anew."
+                )
             check_axes(X, axes := getattr(self, "_axes", {}))
             learned = self.components_, getattr(self, "_sums", (0.0, 0.0))
         else:
@@ -532,15 +538,6 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
             self.__dict__.pop(name, None)
         self.components_, self._sums = components, sums
         self.n_sensors_in_ = components.shape[1]
-
-    def _check_shape(self) -> None:
-        n_components, _, n_lags = self.components_.shape
-        if (n_components, n_lags) != (self.n_components, self.n_lags):
-            raise InvalidInput(
-                f"The encoder has learned {n_components} bases of {n_lags} lags, but n_components"
-                f" is now {self.n_components} and n_lags {self.n_lags}. Set them back to go on, or"
-                " call fit or fit_stream, which start anew."
-            )
 
     def _keep(self, found: list[Factors], data: Data) -> None:
         """Set the learned attributes from the restarts."""

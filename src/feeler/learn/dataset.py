@@ -174,7 +174,14 @@ class _Touches:
                 f"noise must be a standard deviation ≥ 0 or a function, got {noise!r}."
             )
         self.variable, self.noise, self.transform = variable, noise, transform
-        self.rows = _find_rows(tensors, split, by, shares, split_seed)
+        self.rows = np.arange(tensors.sizes["trial"])
+        if split is not None:
+            sides = split_trials(tensors, by, shares=shares, seed=split_seed)
+            self.rows = np.flatnonzero(sides == split)
+            if not self.rows.size:
+                raise InvalidInput(
+                    f"split={split!r} is no side; valid: {', '.join(sorted({*sides.tolist()}))}."
+                )
         self.classes, targets = _make_targets(tensors, target)
         self.targets = None if targets is None else torch.from_numpy(targets[self.rows])
         self.shape: tuple[int, ...] = tensors[variable].shape[1:]
@@ -403,20 +410,6 @@ class TouchBatches(_Touches, torch.utils.data.IterableDataset):
         blocks = [blocks[k] for k in rng.permutation(len(blocks))]
         mixes = [blocks[k : k + _MIX] for k in range(0, len(blocks), _MIX)]
         return np.concatenate([rng.permutation(np.concatenate(mix)) for mix in mixes])
-
-
-def _find_rows(
-    tensors: xr.Dataset, split: str | None, by: Any, shares: Any, seed: int
-) -> np.ndarray:
-    if split is None:
-        return np.arange(tensors.sizes["trial"])
-    sides = split_trials(tensors, by, shares=shares, seed=seed)
-    rows = np.flatnonzero(sides == split)
-    if not rows.size:
-        raise InvalidInput(
-            f"split={split!r} is no side; valid: {', '.join(sorted({*sides.tolist()}))}."
-        )
-    return rows
 
 
 def _make_targets(

@@ -117,6 +117,7 @@ def require_variables(dataset: xr.Dataset, *names: str) -> None:
 
 _SIDES = {"left", "right", "", "nan"}
 
+
 @checked
 def mirror_to_left(tensors: xr.DataArray) -> xr.DataArray:
     """The tensors as if every object had come from the left: bending away from the object is
@@ -152,7 +153,9 @@ def find_right(tensors: xr.DataArray | xr.Dataset) -> xr.DataArray | None:
     if side is None or not {*side.dims} <= {"trial"}:
         return None
     if unknown := sorted({*map(str, np.unique(side.astype(str)))} - _SIDES):
-        raise InvalidInput(f"side is 'left', 'right', or empty where unknown; got {unknown[0]!r}.")
+        raise InvalidInput(
+            f"side is 'left', 'right', or empty where unknown; got {unknown[0]!r}."
+        )
     return side.drop_vars([name for name in side.coords if name != "trial"]) == "right"
 
 
@@ -370,11 +373,9 @@ def measure_negative(tensors: xr.DataArray | np.ndarray) -> np.ndarray:
     """
     if getattr(getattr(tensors, "dtype", None), "kind", "") not in tuple("biuf"):
         raise InvalidInput(f"tensors must be an array of numbers, got {show(tensors)}.")
-    if isinstance(tensors, xr.DataArray):
-        alone = "trial" not in tensors.dims
-        values = tensors.transpose("trial", ..., missing_dims="ignore").values
-    else:
-        values, alone = tensors, tensors.ndim < 3
+    named: Any = tensors if isinstance(tensors, xr.DataArray) else xr.DataArray(tensors)
+    alone = "trial" not in named.dims if named is tensors else named.ndim < 3
+    values = named.transpose("trial", ..., missing_dims="ignore").values
     return np.array([_measure_negative(one) for one in (values[None] if alone else values)])
 
 
