@@ -141,7 +141,7 @@ def _fit(X, y=None, **options):
     ("act", "message"),
     [
         (lambda: _fit(np.zeros((4, 5))), "expected tensors or codes .trial, vector, time."),
-        (lambda: _fit(np.full((4, 2, 5), np.nan)), "trial.s. 0 hold NaN"),
+        (lambda: _fit(np.full((4, 2, 5), np.nan)), "trial.s. 0.* hold NaN"),
         (lambda: _fit(None, [("a", 1, 1)] * 3), "4 tensors but 3 labels"),
         (lambda: _fit(None, [("a", 1, 1)] * 4), "Give at least two classes"),
         (lambda: _fit(None, n_copies=0), "n_copies ≥ 1"),
