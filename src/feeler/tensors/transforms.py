@@ -374,7 +374,7 @@ def measure_negative(tensors: xr.DataArray | np.ndarray) -> np.ndarray:
     if getattr(getattr(tensors, "dtype", None), "kind", "") not in tuple("biuf"):
         raise InvalidInput(f"tensors must be an array of numbers, got {show(tensors)}.")
     named: Any = tensors if isinstance(tensors, xr.DataArray) else xr.DataArray(tensors)
-    alone = "trial" not in named.dims if named is tensors else named.ndim < 3
+    alone = named.ndim < 3 if isinstance(tensors, np.ndarray) else "trial" not in named.dims
     values = named.transpose("trial", ..., missing_dims="ignore").values
     return np.array([_measure_negative(one) for one in (values[None] if alone else values)])
 
