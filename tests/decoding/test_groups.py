@@ -149,3 +149,15 @@ def test_of_an_antenna_touched_on_both_sides_groups_lose_neither(labels):
         np.testing.assert_allclose(
             array[:, :3] - array[:, 3:], data["angle"].values[rows] / peak
         )
+
+
+def test_sets_that_were_touched_otherwise_or_are_in_another_unit_are_not_compared():
+    """Paired differences would compare one touch with another, and one noise be in two units."""
+    moved = SETS["uniform"].assign_coords(location=SETS["uniform"]["location"] + 0.01)
+    for other in (moved, SETS["uniform"].isel(trial=slice(1)), make_set(1, (0.3,))):
+        with pytest.raises(InvalidInput, match=r"'uniform' and 'exponential' were not touched"):
+            list_groups(SETS | {"uniform": other})
+    turned = {name: one.copy() for name, one in SETS.items()}
+    turned["linear"]["angle"] = turned["linear"]["angle"].assign_attrs(units="deg")
+    with pytest.raises(InvalidInput, match="angle is in no unit and in deg"):
+        list_groups(turned)

@@ -13,9 +13,11 @@ from feeler.decoding import (
     make_labels,
     make_lda,
 )
-from feeler.decoding.classifiers import NO_CONTACT, make_svm
+from feeler.decoding.classifiers import NO_CONTACT, count_until, make_svm
 from feeler.decoding.curves import PeakEncoder
 from feeler.decoding.network import TouchNetwork
+from feeler.decoding.observers import StudentTClassifier
+from feeler.decoding.sweeps import compute_sweep
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF
 from feeler.errors import InvalidInput
@@ -162,3 +164,39 @@ def test_tensors_in_another_unit_than_those_that_were_learned_are_refused(touche
                 ask(degrees)
         np.testing.assert_allclose(decoder.predict_proba(in_unit(degrees, "rad")), wanted)
         assert decoder.predict(touches.values).tolist() == labels  # an array says no unit
+
+
+def test_other_sensors_clocks_and_masked_touches_are_not_answered_in_silence(touches):
+    """Reversed sensors are refused, whatever classifies; times that differ are told of."""
+    labels = list(touches["feature"].values)
+    named = touches.assign_coords(sensor=range(touches.sizes["sensor"]))
+    named = named.assign_coords(time=np.arange(float(touches.sizes["time"])))
+    masked = np.ma.masked_greater(touches.values, float(touches.median()))
+    fitted = (make_lda(3), IdealObserver(noise="common:0.01"), StudentTClassifier(3, step=2))
+    for decoder in fitted:
+        wanted = decoder.fit(named, labels).predict_proba(named)
+        with pytest.raises(InvalidInput, match="or the same in another order"):
+            decoder.predict(named[:, ::-1])
+        for times, words in (
+            (2 * named.time, "between samples"),
+            (named.time - 5, "of the first sample"),
+        ):
+            with pytest.warns(UserWarning, match=f"another time {words}"):
+                decoder.predict(named.assign_coords(time=times.values))
+        for learn in (decoder.predict, lambda X, fit=decoder.fit: fit(X, labels)):
+            with pytest.raises(InvalidInput, match="entries are masked"):
+                learn(masked)
+        turned = decoder.fit(named, labels).predict_proba(named.transpose("time", ...))
+        np.testing.assert_array_equal(turned, wanted)
+    with_numbers = named.assign_coords(trial=range(named.sizes["trial"]))
+    right = xr.DataArray(labels, {"trial": with_numbers.trial}, "trial")
+    for decoder in fitted:
+        assert decoder.fit(with_numbers, right).score(with_numbers, right) == 1
+        for wrong in (right[::-1], right.assign_coords(trial=right.trial + 1)):
+            for ask in (decoder.fit, decoder.score):
+                with pytest.raises(InvalidInput, match="labels are of other trials than the"):
+                    ask(with_numbers, wrong)
+            with pytest.raises(InvalidInput, match="labels are of other trials than the"):
+                compute_sweep(with_numbers, wrong, ratios=(0.1,), n_repeats=1, n_copies=2)
+    lately = named.assign_coords(time=named.time * 2)
+    assert count_until(lately, 6.0) == 4  # 0, 2, 4 and 6 ms

@@ -140,8 +140,8 @@ def _fit(X, y=None, **options):
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        (lambda: _fit(np.zeros((4, 5))), "tensors must be .trial, sensor, time."),
-        (lambda: _fit(np.full((4, 2, 5), np.nan)), "training tensor 0 holds NaN"),
+        (lambda: _fit(np.zeros((4, 5))), "expected tensors or codes .trial, vector, time."),
+        (lambda: _fit(np.full((4, 2, 5), np.nan)), "trial.s. 0.* hold NaN"),
         (lambda: _fit(None, [("a", 1, 1)] * 3), "4 tensors but 3 labels"),
         (lambda: _fit(None, [("a", 1, 1)] * 4), "Give at least two classes"),
         (lambda: _fit(None, n_copies=0), "n_copies ≥ 1"),

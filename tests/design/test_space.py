@@ -81,6 +81,20 @@ def test_who_bends_alike_in_both_planes_keeps_the_planar_compliance(held):
         match_compliance(shape, EVEN, held)
 
 
+@pytest.mark.parametrize(("held", "power"), [("total", 0), ("tip", 2)])
+def test_compliance_is_held_at_every_length(held, power):
+    """Of an arm twice as long the tip gives four times as much, unless it is stiffer."""
+    space = Space(reference=ANTENNA, stiffness=2, damping=0, length=(0.5, 2.0), held=held)
+    for rest in (-1.0, 0.0, 0.4, 1.0):
+        antenna = space.build(np.array([0.3, -0.1, rest])).antenna
+        found, wanted = (
+            np.sum((one.length - one.hinge_position) ** power / one.stiffness)
+            for one in (antenna, ANTENNA)
+        )
+        assert found == pytest.approx(wanted)
+        assert antenna.length == pytest.approx(2.0**rest * ANTENNA.length)
+
+
 def test_constraints_are_on_bending_and_torsion_counts_in_none():
     wrung = TWISTING.stiffness.copy()
     wrung[2] = 1e-6

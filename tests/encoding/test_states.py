@@ -352,21 +352,32 @@ def test_labels_of_sensors_times_and_masks_are_not_passed_over(tmp_path):
     """Bases are played on their own sensors in their order and at their time between samples."""
     labels = {"trial": np.arange(6), "sensor": list("vwxyz"), "time": 2.0 * np.arange(30)}
     labelled = xr.DataArray(TENSORS, dims=("trial", "sensor", "time"), coords=labels)
-    for model in (make().fit(labelled), make().partial_fit(labelled)):
+    streamed = make().fit_stream(labelled.transpose("time", ...), batch_size=4, n_epochs=1)
+    plain = make().fit_stream(TENSORS, batch_size=4, n_epochs=1)
+    np.testing.assert_array_equal(streamed.components_, plain.components_)
+    for model in (make().fit(labelled), make().partial_fit(labelled), streamed):
         code = model.transform(labelled)
         for again in (model, load_encoder(save_encoder(model, tmp_path / "e.npz"))):
             np.testing.assert_array_equal(again.transform(TENSORS), code)
             for ask in (again.transform, again.score, copy.deepcopy(again).partial_fit):
-                with pytest.raises(
-                    InvalidInput,
-                    match="sensors that the bases were learned on in another order",
-                ):
-                    ask(labelled[:, ::-1])
+                for names in ("zyxwv", "wxyza"):  # another order, the second sensor first
+                    with pytest.raises(InvalidInput, match="or the same in another order"):
+                        ask(labelled.assign_coords(sensor=list(names)))
                 with pytest.warns(UserWarning, match="another time between samples"):
                     ask(labelled.assign_coords(time=np.arange(30)))
-            again.transform(labelled.assign_coords(sensor=list("abcde")))  # other sensors
-    with pytest.raises(InvalidInput, match="not evenly spaced: steps in time from 2 to 8"):
-        make().fit(labelled[:, :, [*range(10), *range(13, 30)]])
+            with pytest.warns(UserWarning, match="have other names than those that were"):
+                again.transform(labelled.assign_coords(sensor=list("abcde")))
+            turned = again.inverse_transform(code.transpose("time", "component", "trial"))
+            xr.testing.assert_identical(turned, again.inverse_transform(code))
+    model = make().fit(labelled.assign_attrs(units="rad"))
+    with pytest.raises(InvalidInput, match="learned tensors in rad, these are in deg"):
+        model.transform(labelled.assign_attrs(units="deg"))
+    for times, words in (
+        ([*range(10), *range(13, 30)], "from 2 to 8"),
+        (range(29, -1, -1), "from -2 to -2"),
+    ):
+        with pytest.raises(InvalidInput, match=f"not evenly spaced: steps in time {words}"):
+            make().fit(labelled[:, :, [*times]])
     hidden = labelled > 0.9
     model = make().fit(labelled, mask=hidden.transpose("time", ...))
     np.testing.assert_array_equal(

@@ -197,3 +197,24 @@ def test_sides_of_a_dataset_are_read_alone(store):
 def test_what_the_store_does_not_have_is_refused(store, options, words):
     with pytest.raises(InvalidInput, match=words):
         learn.TouchBatches(store, **options)
+
+
+def test_each_side_has_a_group_and_neither_rounding_nor_nan_parts_or_joins_any():
+    """A place that is known to single precision is the same place; one that is not known is a
+    group beside those that are.
+    """
+    touches = make_touches(100)
+    sides = learn.split_trials(touches, "location", shares={"a": 0.4, "b": 0.01, "c": 0.59})
+    assert {*sides} == {"a", "b", "c"}
+    places = np.resize([0.3, 0.5, 0.7, 0.9], 100)
+    places[50:] = places[50:].astype(np.float32)
+    parted = learn.split_trials(touches.assign_coords(location=("trial", places)), "location")
+    assert all(len({*parted[np.abs(places - place) < 1e-6]}) == 1 for place in places)
+    places = np.linspace(0.2, 0.9, 100)
+    places[::3] = np.nan
+    halves = {"train": 0.5, "test": 0.5}
+    parted = learn.split_trials(
+        touches.assign_coords(location=("trial", places)), "location", shares=halves
+    )
+    assert len({*parted[::3]}) == 1
+    assert {*parted[np.isfinite(places)]} == {*halves}

@@ -86,6 +86,13 @@ def test_holes_across_the_clocks_end_have_their_times():
     assert [t for t, _ in read_samples(plain, 1, Link(1))] == pytest.approx(at)
 
 
+def test_plain_lines_after_the_clock_went_round_come_at_once_and_doubles_go():
+    link, at = Link(1), CLOCK - 5 + np.arange(20.0)
+    came = [link.add(float(t % CLOCK), np.array([k])) for k, t in enumerate(at) for _ in "ab"]
+    assert [len(some) for some in came[2:]] == [2, 0] + [1, 0] * 18
+    np.testing.assert_allclose([t for some in came for t, _ in some], at)
+
+
 def test_a_board_that_begins_anew_has_not_gone_round():
     lines = [frame_sample(30_000 + k, 0.9 * CLOCK + k, np.zeros(1)) for k in range(3)]
     lines += [frame_sample(k, 5.0 + k, np.zeros(1)) for k in range(3)]

@@ -116,6 +116,8 @@ def test_what_does_not_say_that_it_came_from_the_right_stays(labels):
     given = make_random().drop_vars("side")
     given = given if labels is None else given.assign_coords(side=("trial", labels))
     np.testing.assert_array_equal(mirror_to_left(given), given)
+    with pytest.raises(InvalidInput, match=r"side is 'left', 'right', or empty .* got 'Right'"):
+        mirror_to_left(given.assign_coords(side=("trial", ["left", "Right"] * 2)))
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 200.0])

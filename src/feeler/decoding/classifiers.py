@@ -28,7 +28,14 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
 from feeler.records import Registry
-from feeler.tensors.transforms import check_squares, label_like, stack_planes
+from feeler.tensors.transforms import (
+    check_axes,
+    check_squares,
+    label_like,
+    read_axes,
+    refuse_masked,
+    stack_planes,
+)
 from feeler.validation import checked, show
 
 # Class labels of trials: feature × size × location.
@@ -101,10 +108,15 @@ def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
 
 
 def check_counts(tensors: Any, labels: Any, what: str = "labels") -> None:
-    """Refuse labels that are not one for each tensor."""
-    if len(labels) != len(tensors):
+    """Refuse labels that are not one for each tensor, or of other trials than these are."""
+    count = getattr(tensors, "sizes", {}).get("trial", len(tensors))
+    if len(labels) != count:
+        raise InvalidInput(f"{count} tensors but {len(labels)} {what}; give one for each.")
+    mine, theirs = (getattr(one, "indexes", {}).get("trial") for one in (tensors, labels))
+    if mine is not None and theirs is not None and not mine.equals(theirs):
         raise InvalidInput(
-            f"{len(tensors)} tensors but {len(labels)} {what}; give one for each."
+            f"{what} are of other trials than the tensors, or in another order, by their"
+            " coordinate trial. Take those of the tensors, such as X.feature, or .values."
         )
 
 
@@ -334,9 +346,11 @@ class Classifier(ClassifierMixin, BaseEstimator):
         Probabilities (trial, class), NaN without contact; labelled where the tensors are.
         """
         found = self._weigh(self.decide(X, until))
-        return _name_classes(
-            label_like(found, X, ("trial", "class"), "probability"), self.classes_
-        )
+        found = label_like(found, X, ("trial", "class"), "probability")
+        if isinstance(found, np.ndarray):
+            return found
+        # a tuple as make_labels writes one
+        return found.assign_coords({"class": [_write_label(label) for label in self.classes_]})
 
     def predict(self, X: Any, until: float | None = None) -> Any:
         """The best label of each tensor (trial,), ``NO_CONTACT`` where there was none."""
@@ -358,9 +372,9 @@ class Classifier(ClassifierMixin, BaseEstimator):
     ) -> float:
         """Share of labels that are right, in all of their parts."""
         found = self.predict(X, until)
-        found = found.values if isinstance(found, xr.DataArray) else found
         check_counts(found, y)
-        right = [answer == true for answer, true in zip(found, y, strict=True)]
+        pairs = (getattr(one, "values", one) for one in (found, y))
+        right = [answer == true for answer, true in zip(*pairs, strict=True)]
         return float(np.average(right, weights=sample_weight))
 
     def __sklearn_tags__(self) -> Any:
@@ -383,19 +397,21 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """
         if isinstance(y, Sequence | np.ndarray | xr.DataArray) and np.ndim(X) == 3:
             check_labels(X, y)
-        self._units = getattr(X, "attrs", {}).get("units")
+        refuse_masked(X)
+        self._axes = read_axes(X, aligned=True)
         self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Classifier] = {}
         self.shape_ = _get_shape(self._taught[0])
 
-    def _require(self, X: Any = None) -> None:
-        """Refuse to answer unfitted, or about tensors of other sensors or samples."""
+    def _require(self, X: Any = None) -> Any:
+        """Tensors with dims in order; refused if it is unfitted, or of other sensors or samples."""
         try:
             check_is_fitted(self)
         except NotFittedError:
             raise _NotFitted(
                 "the classifier was asked before it was fitted; call fit(tensors, labels) first."
             ) from None
+        X = stack_planes(X)
         known: tuple[int, ...] = getattr(self, "shape_", ())
         given = _get_shape(X)
         if len(known) == len(given) == 2 and known != given:
@@ -403,17 +419,13 @@ class Classifier(ClassifierMixin, BaseEstimator):
                 f"the classifier learned tensors of {known[0]} sensors × {known[1]} samples, got"
                 f" {given[0]} × {given[1]}. Give it touches of the same sensors and window."
             )
-        units, learned = getattr(X, "attrs", {}).get("units"), getattr(self, "_units", None)
-        if units and learned and units != learned:
-            raise InvalidInput(
-                f"the classifier learned tensors in {learned}, these are in {units}. Take them in"
-                f" one unit: feeler.tensors.in_unit(X, {learned!r})."
-            )
+        refuse_masked(X)
+        check_axes(X, getattr(self, "_axes", {}))
+        return X
 
     def _look(self, X: Any, until: float | None) -> tuple["Classifier", Any]:
         """The classifier for a deadline, fitted when first asked for, and what it may see."""
-        X = stack_planes(X)
-        self._require(X)
+        X = self._require(X)
         if until is None or (end := count_until(X, until)) == np.shape(X)[2]:
             return self, X
         if not hasattr(self, "_taught"):
@@ -438,8 +450,8 @@ def count_until(tensors: Any, until: float) -> int:
     Parameters
     ----------
     tensors
-        A DataArray with the coordinates ``time`` [ms] and ``lead`` (time of contact) [ms]; or an
-        array whose samples of 1 ms begin with contact.
+        A DataArray with the coordinate ``time`` [ms], whose contact is at ``lead`` [ms], or at 0
+        without this coordinate; or an array whose samples of 1 ms begin with contact.
     until
         The moment [ms since contact].
 
@@ -454,8 +466,8 @@ def count_until(tensors: Any, until: float) -> int:
         Trials whose contact begins at different times, or no sample up to the moment.
     """
     time = np.arange(1.0, np.shape(tensors)[2] + 1)
-    if isinstance(tensors, xr.DataArray) and {"time", "lead"} <= {*tensors.coords}:
-        lead = np.unique(tensors["lead"])
+    if isinstance(tensors, xr.DataArray) and "time" in tensors.coords:
+        lead = np.unique(tensors.coords.get("lead", 0.0))
         if lead.size > 1:
             raise InvalidInput(
                 f"contact begins {lead[0]:g} to {lead[-1]:g} ms after the first sample; a deadline"
@@ -499,7 +511,7 @@ def measure_classifier(
     classes = list(classifier.classes_)
     if unknown := [label for label in labels if label not in classes]:
         raise InvalidInput(f"the classifier never learned the class {unknown[0]!r}.")
-    check_counts(chance, labels)
+    check_counts(tensors, labels)
     seen = np.isfinite(chance).all(axis=1)
     chance[~seen] = 1 / len(classes)
     true = np.array([classes.index(label) for label in labels])
@@ -511,13 +523,6 @@ def measure_classifier(
 def _get_shape(X: Any) -> tuple[int, ...]:
     """Lengths of one tensor or row; none for what only turns into an array."""
     return tuple(getattr(X, "shape", ())[1:])
-
-
-def _name_classes(found: Any, classes: Any) -> Any:
-    """Class names beside their probabilities, a tuple as :func:`make_labels` writes one."""
-    if isinstance(found, np.ndarray):
-        return found
-    return found.assign_coords({"class": [_write_label(label) for label in classes]})
 
 
 # Classifiers as scikit-learn pipelines; everything they learn, they learn in ``fit``.

@@ -571,6 +571,12 @@ def list_groups(
         )
     for data in tensors.values():
         require_variables(data, quantity, "speed")
+    units = {one[quantity].attrs.get("units", "no unit"): name for name, one in tensors.items()}
+    if len(units) > 1:
+        raise InvalidInput(
+            f"{quantity} is in {' and in '.join(units)} ({', '.join(units.values())}): take all in"
+            " one unit, feeler.tensors.in_unit."
+        )
     # tensors (trial, sensor, time) ≥ 0 of all sets, made in one way
     sets = {name: stack_planes(mirror_to_left(one[quantity])) for name, one in tensors.items()}
     lost = max(_measure_other_way(one) for one in sets.values())
@@ -600,6 +606,14 @@ def list_groups(
         "speed": {f"{v:g} m/s": pick(reference, v) for v in np.unique(speed)},
         "profile": {name: pick(name, speed.min()) for name in tensors},
     }
+    wanted = listed["profile"][reference][1]
+    for name, (_, labels) in listed["profile"].items():
+        if not np.array_equal(labels, wanted):
+            odd = sorted({*labels.tolist()} ^ {*wanted.tolist()}) or ["another number of each"]
+            raise InvalidInput(
+                f"{name!r} and {reference!r} were not touched alike at {speed.min():g} m/s (in one"
+                f" of them only: {', '.join(odd[:3])}): give sets of the same touches."
+            )
     return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
 
 

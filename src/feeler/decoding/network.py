@@ -248,7 +248,12 @@ class TouchNetwork(Classifier):
                         self.network_(data[part]), targets[part]
                     ).backward()
                     optimiser.step()
-            losses.append(self._validate(torch, data, targets, validate))
+            self.network_.eval()
+            with torch.no_grad():
+                answers = self.network_(data[validate])
+                losses.append(
+                    torch.nn.functional.cross_entropy(answers, targets[validate]).item()
+                )
             self.validation_loss_, self.n_epochs_ = np.array(losses), len(losses)
             advance(len(losses), self.max_epochs)
             if losses[-1] < best:
@@ -258,15 +263,6 @@ class TouchNetwork(Classifier):
                 break
         if kept is not None:
             self.network_.load_state_dict(kept)
-
-    def _validate(self, torch, data, targets, validate) -> float:
-        self.network_.eval()
-        with torch.no_grad():
-            return float(
-                torch.nn.functional.cross_entropy(
-                    self.network_(data[validate]), targets[validate]
-                )
-            )
 
 
 def _make_network(torch: Any, shape: tuple[int, ...], n_classes: int) -> Any:

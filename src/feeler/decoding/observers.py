@@ -25,7 +25,12 @@ from feeler.decoding.classifiers import (
 from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import Noise, parse_noise
-from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
+from feeler.tensors.transforms import (
+    SQUARED,
+    check_squares,
+    find_scale,
+    read_axes,
+)
 
 # Classifiers that are told the noise: templates with scatter, and the ideal observer.
 #
@@ -71,8 +76,8 @@ class _Told(Classifier):
     def _learn(self, X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
         """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
         tensors = check_tensors(X)
-        labels = check_labels(tensors, y)
-        self._units = getattr(X, "attrs", {}).get("units")
+        labels = check_labels(X, y)
+        self._axes = read_axes(X, aligned=True)
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sort_classes(labels)
@@ -175,7 +180,7 @@ class TemplateClassifier(_Told):
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Logits (trial, class)."""
-        self._require(X)
+        X = self._require(X)
         tensors = self._check_size(check_tensors(X, least=1))
         end = None if until is None else count_until(X, until)
         logits = np.empty((len(tensors), len(self.classes_)))
@@ -234,7 +239,7 @@ class IdealObserver(_Told):
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Log-likelihoods (trial, class), up to what all classes share."""
-        self._require(X)
+        X = self._require(X)
         end = None if until is None else count_until(X, until)
         tensors = self._check_size(check_tensors(X, least=1))
         cut = (part[:, :, :end] for part in (tensors, self.known_, self.sd_))
@@ -332,8 +337,8 @@ class StudentTClassifier(Classifier):
         together. ``unknown`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed), looked at for as long as the others last.
         """
-        X = check_tensors(X, least=1)
         check_counts(X, y)
+        self._axes, X = read_axes(X, aligned=True), check_tensors(X, least=1)
         owners = np.asarray(groups if groups is not None else np.arange(len(X)))
         shown = None
         if unknown is not None:
@@ -380,8 +385,7 @@ class StudentTClassifier(Classifier):
         """The classifier for a deadline, a whole number of means, and for the sensors that have
         values; fitted when first asked for.
         """
-        X = stack_planes(X)
-        self._require(X)
+        X = self._require(X)
         end = np.shape(X)[2] if until is None else count_until(X, until)
         X = np.asarray(X, dtype=float)
         there = np.isfinite(X).any(axis=(0, 2))

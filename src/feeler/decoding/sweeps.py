@@ -385,7 +385,13 @@ def compute_sweep(
         for ratio in ratios
     ]
     copies = _Copies(sets[0], sets[2], n_copies, rotate)
-    begins, is_lda = _begins_with_components(classifier), _is_lda(classifier)
+    begins, lda = _begins_with_components(classifier), make_lda()[-1]
+    is_lda = (  # what make_lda gives, with any number of components
+        begins
+        and len(classifier) == 2
+        and type(classifier[1]) is type(lda)
+        and classifier[1].get_params() == lda.get_params()
+    )
     many = begins and encode is None and noise.is_gaussian and copies.are_many
     draw: Any = partial(copies.project, classifier[0].n_components) if many else copies.draw
 
@@ -446,14 +452,14 @@ def compute_sweep(
 def _check_sets(
     codes, labels, held_out
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    train, labels = check_tensors(codes, least=1), read_labels(labels)
-    check_labels(train, labels)
+    train = check_tensors(codes, least=1)
+    labels = check_labels(codes, labels)
     if not train.any():
         raise InvalidInput("all codes are 0: nothing to classify. Did any contact take place?")
     test, test_labels = train, labels
     if held_out is not None:
         test, test_labels = check_tensors(held_out[0], least=1), read_labels(held_out[1])
-        check_counts(test, test_labels)
+        check_counts(*held_out)
     for values in (train, test):
         check_squares(values, "codes")
     if test.shape[1:] != train.shape[1:]:
@@ -558,17 +564,6 @@ def _begins_with_components(classifier: Any) -> bool:
     return hasattr(classifier, "steps") and isinstance(classifier[0], PrincipalComponents)
 
 
-def _is_lda(classifier: Any) -> bool:
-    """Whether a classifier is what ``make_lda`` gives, with any number of components."""
-    lda = make_lda()[-1]
-    return (
-        _begins_with_components(classifier)
-        and len(classifier) == 2
-        and type(classifier[1]) is type(lda)
-        and classifier[1].get_params() == lda.get_params()
-    )
-
-
 # Harder splits than copies of the same tensor: unseen sizes, shifted places, other speeds.
 
 
@@ -604,9 +599,9 @@ def compute_left_out(
     **options
         Of ``compute_sweep``.
     """
-    codes, named = check_tensors(codes, least=1), read_labels(labels)
     check_counts(codes, labels)
     check_counts(codes, groups, "groups")
+    codes, named = check_tensors(codes, least=1), read_labels(labels)
     return {
         name: compute_sweep(
             codes[train], named[train], held_out=(codes[test], named[test]), **options
@@ -678,14 +673,6 @@ class Confused:
     correct: float
     wrong: dict[tuple[str, ...], float]
     accuracy: dict[str, float]
-
-    def describe(self) -> str:
-        """One line of words, greatest share first."""
-        parts = sorted(
-            ((share, key) for key, share in self.wrong.items() if share > 0), reverse=True
-        )
-        words = ", ".join(f"{' and '.join(key)} {100 * share:.1f} %" for share, key in parts)
-        return f"right {100 * self.correct:.1f} %; wrong in {words}" if words else "all right"
 
 
 @checked

@@ -15,6 +15,7 @@ from scipy.special import log_softmax, softmax
 from scipy.stats import binomtest
 from sklearn.svm import SVC
 
+from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import (
     NO_CONTACT,
     Classifier,
@@ -157,16 +158,8 @@ class TransferClassifier(Classifier):
 
     def fit(self, X: np.ndarray, y: Labels) -> "TransferClassifier":
         """Train on tensors (trial, sensor, time); several of them may share a label."""
-        X = np.asarray(X, dtype=float)
-        if X.ndim != 3 or 0 in X.shape:
-            raise InvalidInput(f"tensors must be (trial, sensor, time), got shape {X.shape}.")
-        bad = ~np.isfinite(X).all(axis=(1, 2))
-        if bad.any():
-            raise InvalidInput(
-                f"training tensor {int(np.argmax(bad))} holds NaN: no contact, or a missing"
-                " channel. Leave it out."
-            )
         self._keep(X, y)
+        X = check_tensors(X, least=1)
         labels = read_labels(y)
         self.classes_ = sort_classes(labels)
         number = number_labels(labels, self.classes_)

@@ -103,12 +103,14 @@ class Space(Record):
             factor = np.exp(np.log(self.span) * _make_basis(n, len(at)) @ at)
             rows = getattr(base, name)
             changes[name] = _put_bending(rows, _list_bending(rows) * factor)
-        if self.held != "nothing":
-            changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
         low, high = np.log(self.length)
         grow = np.exp(
             np.interp(rest.sum(), (-1, 0, 1), (low, 0.0, high))
         )  # 0 where it is not free
+        if self.held != "nothing":
+            arm = grow if self.held == "tip" else 1.0  # of a force on the tip
+            held = base.replace(stiffness=base.stiffness * arm**2)
+            changes["stiffness"] = match_compliance(changes["stiffness"], held, self.held)
         changes["segment_length"] = base.segment_length * grow
         changes["segment_mass"] = base.segment_mass * grow
         return Design(antenna=base.replace(**changes, name="design"))

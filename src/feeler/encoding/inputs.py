@@ -1,12 +1,12 @@
 """What an encoder takes: tensors, masks, weights and settings; what it refuses says what to do."""
 
-import warnings
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.tensors.transforms import stack_planes
+from feeler.tensors.transforms import find_dims, stack_planes
 
 _CONSTRAINTS = ("trial", "all")
 FIXED_CODES = ("sparse", "ridge", "nonnegative")
@@ -19,29 +19,11 @@ LABELS = {
 }
 """What figures and tables call each kind of code; ``raw`` is no code at all."""
 _STARTS = ("windows", "random")
-_DIMS = ("trial", "sensor", "time")
-
-
-def find_dims(X: Any) -> tuple[str, str, str]:
-    """What the dims of tensors are called that stand for trial, sensor and time.
-
-    ``trial``, ``sensor`` and ``time`` are what they say, wherever they stand; dims of other names,
-    such as (epoch, neuron, time), take the places that are left, in their order.
-    """
-    dims = [str(dim) for dim in getattr(X, "dims", _DIMS)]
-    if len(dims) != 3:
-        hint = ' One recording is X.expand_dims("trial").' if len(dims) == 2 else ""
-        raise InvalidInput(
-            "The tensors need three dims: trial, sensor and time, or others in this order; got"
-            f" {tuple(dims)}.{hint}"
-        )
-    others = iter([dim for dim in dims if dim not in _DIMS])
-    first, second, third = (dim if dim in dims else next(others) for dim in _DIMS)
-    return first, second, third
 
 
 def _order(values: Any, dims: tuple[str, ...]) -> Any:
-    return values.transpose(*dims).values if hasattr(values, "dims") else values
+    named = isinstance(values, xr.DataArray | xr.Variable)
+    return values.transpose(*dims).values if named else values
 
 
 def read_tensors(X: Any, mask: Any = None) -> tuple[np.ndarray, np.ndarray | None]:
@@ -102,7 +84,7 @@ def read_tensors(X: Any, mask: Any = None) -> tuple[np.ndarray, np.ndarray | Non
 
 
 def _check_labels(X: Any, mask: Any) -> None:
-    """Refuse a mask with other labels than the tensors have, and samples at uneven times."""
+    """Refuse a mask with other labels than the tensors have, and times uneven or falling."""
     indexes = getattr(X, "indexes", {})
     for dim, index in getattr(mask, "indexes", {}).items():
         if dim in indexes and not index.equals(indexes[dim]):
@@ -110,44 +92,13 @@ def _check_labels(X: Any, mask: Any) -> None:
                 f"The mask has other labels along {dim} than the tensors, or in another order;"
                 " mask.reindex_like(X) puts equal ones in theirs."
             )
-    if "time" in indexes and indexes["time"].dtype.kind in "fiu":
-        steps = np.diff(indexes["time"].to_numpy())
-        if steps.size and np.ptp(steps) > 0.5 * abs(np.median(steps)):
+    if "time" in indexes and indexes["time"].dtype.kind in "fiumM":
+        steps = np.diff(indexes["time"].to_numpy()).astype(float)
+        if steps.size and not (steps.min() > 0 and np.ptp(steps) <= 0.5 * np.median(steps)):
             raise InvalidInput(
                 f"The samples are not evenly spaced: steps in time from {steps.min():.4g} to"
-                f" {steps.max():.4g}. Take them at even times, X.interp(time=…)."
+                f" {steps.max():.4g}. Take them at even, rising times, X.interp(time=…)."
             )
-
-
-def read_axes(X: Any) -> dict[str, Any]:
-    """Labels of the sensors and time between samples, as far as the tensors say them."""
-    axes: dict[str, Any] = {}
-    X = stack_planes(X["angle"] if hasattr(X, "data_vars") else X)
-    indexes = getattr(X, "indexes", {})
-    if indexes and (sensor := find_dims(X)[1]) in indexes and indexes[sensor].nlevels == 1:
-        axes["sensor"] = indexes[sensor].tolist()
-    if "time" in indexes and indexes["time"].dtype.kind in "fiu" and len(indexes["time"]) > 1:
-        axes["step"] = float(np.median(np.diff(indexes["time"].to_numpy())))
-    return axes
-
-
-def check_axes(X: Any, known: dict[str, Any]) -> None:
-    """Refuse the bases' sensors in another order; warn of another time between samples."""
-    axes = read_axes(X)
-    mine, learned = axes.get("sensor"), known.get("sensor")
-    if mine and learned and mine != learned and {*mine} == {*learned}:
-        raise InvalidInput(
-            "The tensors have the sensors that the bases were learned on in another order. Put"
-            " them in that order, from base to tip."
-        )
-    if {"step"} <= axes.keys() & known.keys() and not np.isclose(
-        axes["step"], known["step"], rtol=0.01
-    ):
-        warnings.warn(
-            "The tensors have another time between samples than those that the bases were learned"
-            " on, so that the bases play at another speed. Resample: X.interp(time=…).",
-            stacklevel=4,
-        )
 
 
 def _read_mask(mask: Any, own: Any, tensors: np.ndarray) -> np.ndarray | None:

@@ -36,13 +36,10 @@ from feeler.encoding.factorise import (
 )
 from feeler.encoding.inputs import (
     FIXED_CODES,
-    check_axes,
     check_choice,
     check_settings,
     check_size,
     check_tensors,
-    find_dims,
-    read_axes,
     read_tensors,
     read_weights,
 )
@@ -51,9 +48,12 @@ from feeler.progress import show_progress
 from feeler.records import show_html
 from feeler.tensors.formats import Model, load_model, save_model
 from feeler.tensors.transforms import (
+    check_axes,
     check_squares,
+    find_dims,
     find_scale,
     label_like,
+    read_axes,
     refuse_masked,
 )
 from feeler.validation import checked
@@ -394,13 +394,15 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         """Tensors (trial, sensor, time) from activations (trial, component, time)."""
         check_is_fitted(self, "components_")
         refuse_masked(X)
+        trial, component, time = find_dims(X)
+        if hasattr(X, "indexes"):
+            X = X.transpose(trial, component, time)
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
             raise InvalidInput(
                 f"Activations need the shape (trial, {len(self.components_)}, time); got"
                 f" {activations.shape}."
             )
-        trial, _, time = getattr(X, "dims", ("trial", "component", "time"))
         return label_like(
             _like(reconstruct(self.components_, activations), X),
             X,
@@ -437,7 +439,13 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
             bases have.
         """
         if hasattr(self, "components_"):
-            self._check_shape()
+            n_components, _, n_lags = self.components_.shape
+            if (n_components, n_lags) != (self.n_components, self.n_lags):
+                raise InvalidInput(
+                    f"The encoder has learned {n_components} bases of {n_lags} lags, but"
+                    f" n_components is now {self.n_components} and n_lags {self.n_lags}. Set them"
+                    " back to go on, or call fit or fit_stream, which start anew."
+                )
             check_axes(X, axes := getattr(self, "_axes", {}))
             learned = self.components_, getattr(self, "_sums", (0.0, 0.0))
         else:
@@ -484,6 +492,8 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
                 raise InvalidInput(
                     f"{name} must be a whole number of at least 1; got {value!r}."
                 )
+        if hasattr(source, "indexes"):
+            source = source.transpose(*find_dims(source))
         firsts = [*range(0, source.shape[0], batch_size)] * n_epochs
         if not firsts:
             raise InvalidInput(f"The source holds no trials: shape {source.shape}.")
@@ -491,11 +501,11 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         with show_progress(progress, "batches") as advance:
             for k, first in enumerate(firsts, 1):
                 batch = source[first : first + batch_size]
-                learned = self._learn_batch(
-                    batch if prepare is None else prepare(batch), learned, forget
-                )
+                batch = batch if prepare is None else prepare(batch)
+                learned = self._learn_batch(batch, learned, forget)
                 advance(k, len(firsts))
         self._set_bases(*learned)
+        self._axes = read_axes(batch)
         return self
 
     def _learn_batch(
@@ -528,15 +538,6 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
             self.__dict__.pop(name, None)
         self.components_, self._sums = components, sums
         self.n_sensors_in_ = components.shape[1]
-
-    def _check_shape(self) -> None:
-        n_components, _, n_lags = self.components_.shape
-        if (n_components, n_lags) != (self.n_components, self.n_lags):
-            raise InvalidInput(
-                f"The encoder has learned {n_components} bases of {n_lags} lags, but n_components"
-                f" is now {self.n_components} and n_lags {self.n_lags}. Set them back to go on, or"
-                " call fit or fit_stream, which start anew."
-            )
 
     def _keep(self, found: list[Factors], data: Data) -> None:
         """Set the learned attributes from the restarts."""

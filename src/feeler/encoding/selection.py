@@ -195,7 +195,7 @@ def select_encoder(
     chosen = _choose(found, tolerance)
     model = build(chosen).set_params(n_jobs=n_jobs, warn=base.warn, keep="typical")
     model.set_params(n_restarts=max(_STARTS, base.n_restarts))
-    return Selection(_tabulate(found, chosen), model.fit(tensors, mask=hidden), tolerance)
+    return Selection(_tabulate(found, chosen), model.fit(X, mask=mask), tolerance)
 
 
 def _list(values: Any) -> list:

@@ -78,8 +78,9 @@ def split_trials(
         )
     order = sorted(range(n), key=lambda k: hashlib.blake2b(f"{seed} {k}".encode()).digest())
     ends = np.round(np.cumsum([*shares.values()]) * n).astype(int)
-    ends = np.maximum(ends, np.arange(1, len(shares) + 1))  # each side has a group
-    ends = np.minimum(ends, n - np.arange(len(shares))[::-1])
+    rank = np.arange(len(shares))
+    ends = np.maximum.accumulate(np.maximum(ends, 1) - rank) + rank  # each side has a group
+    ends = np.minimum(ends, n - rank[::-1])
     side = np.empty(n, dtype=int)
     side[order] = np.searchsorted(ends, np.arange(n), side="right")
     return np.array([*shares])[side[group]]
@@ -114,13 +115,18 @@ def _check_coordinate(tensors: xr.Dataset, name: str, what: str) -> None:
 
 
 def _group(tensors: xr.Dataset, name: str) -> np.ndarray:
-    """Numbers (trial,) of the groups that one coordinate makes."""
+    """Numbers (trial,) of the groups that one coordinate makes; trials without a value are one."""
     values = tensors[name].values
+    if (
+        values.dtype.kind == "f"
+    ):  # to the digits of class labels, so that rounding parts no twins
+        values = np.array([float(f"{value:g}") for value in values])
     distinct, number = np.unique(values, return_inverse=True)
     if values.dtype.kind != "f" or distinct.size <= _CUTS:
         return number.reshape(-1)
-    low, high = distinct[0], distinct[-1]
-    return np.minimum((_CUTS * (values - low) / (high - low)).astype(int), _CUTS - 1)
+    low, high = np.nanmin(distinct), np.nanmax(distinct)
+    piece = np.minimum(_CUTS * (values - low) / (high - low), _CUTS - 1)
+    return np.nan_to_num(piece, nan=_CUTS).astype(int)
 
 
 # Touches for PyTorch: one by one from anywhere (map style), or batches in the order of reading.
@@ -168,7 +174,14 @@ class _Touches:
                 f"noise must be a standard deviation ≥ 0 or a function, got {noise!r}."
             )
         self.variable, self.noise, self.transform = variable, noise, transform
-        self.rows = _find_rows(tensors, split, by, shares, split_seed)
+        self.rows = np.arange(tensors.sizes["trial"])
+        if split is not None:
+            sides = split_trials(tensors, by, shares=shares, seed=split_seed)
+            self.rows = np.flatnonzero(sides == split)
+            if not self.rows.size:
+                raise InvalidInput(
+                    f"split={split!r} is no side; valid: {', '.join(sorted({*sides.tolist()}))}."
+                )
         self.classes, targets = _make_targets(tensors, target)
         self.targets = None if targets is None else torch.from_numpy(targets[self.rows])
         self.shape: tuple[int, ...] = tensors[variable].shape[1:]
@@ -397,20 +410,6 @@ class TouchBatches(_Touches, torch.utils.data.IterableDataset):
         blocks = [blocks[k] for k in rng.permutation(len(blocks))]
         mixes = [blocks[k : k + _MIX] for k in range(0, len(blocks), _MIX)]
         return np.concatenate([rng.permutation(np.concatenate(mix)) for mix in mixes])
-
-
-def _find_rows(
-    tensors: xr.Dataset, split: str | None, by: Any, shares: Any, seed: int
-) -> np.ndarray:
-    if split is None:
-        return np.arange(tensors.sizes["trial"])
-    sides = split_trials(tensors, by, shares=shares, seed=seed)
-    rows = np.flatnonzero(sides == split)
-    if not rows.size:
-        raise InvalidInput(
-            f"split={split!r} is no side; valid: {', '.join(sorted({*sides.tolist()}))}."
-        )
-    return rows
 
 
 def _make_targets(

@@ -111,8 +111,8 @@ class Link:
             self._timed = False
             return [*([] if held is None else [held]), (time, values)]
         if self._timed:
-            turned = time + (self._turns + (time < self._time - CLOCK / 2)) * CLOCK
-            if 0 < turned - self._time <= _MAX_PAUSE:
+            ahead = time + self._turns * CLOCK - self._time
+            if 0 < (ahead + CLOCK if ahead < -CLOCK / 2 else ahead) <= _MAX_PAUSE:
                 self._drop(held)
                 return [(self.follow(time), values)]
         if held is None or held[0] is None or not 0 < time - held[0] <= _MAX_PAUSE:
@@ -191,7 +191,8 @@ class Link:
         body, star, digits = line[1:].partition("*")
         cells = body.split(",")
         try:
-            if not star or int(digits, 16) != _sum(body) or len(cells) != self._n + 2:
+            told = reduce(xor, body.encode("utf-8", errors="replace"), 0)
+            if not star or int(digits, 16) != told or len(cells) != self._n + 2:
                 return bad
             number, time, values = (
                 int(cells[0]),
@@ -207,10 +208,6 @@ class Link:
 def _is_sound(values: np.ndarray) -> bool:
     """Whether readings are numbers that a sensor may give, or NaN where there is none."""
     return not (np.abs(values) > MAX_NUMBER).any()
-
-
-def _sum(body: str) -> int:
-    return reduce(xor, body.encode("utf-8", errors="replace"), 0)
 
 
 # Samples as lines of text: from a file, standard input or a serial port.

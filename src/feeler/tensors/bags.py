@@ -235,8 +235,12 @@ def read_topic(path: str, topic: str, *joints: str) -> tuple[dict[str, Any], dic
             kind = bag.kinds[chosen]
             for message, sent in bag.read(chosen):
                 found, names, about["unit"] = _take(message, kind)
-                if kind != _JOINTS:
-                    _check_length(len(found), rows, chosen)
+                wanted = len(rows[0] if rows else found)
+                if kind != _JOINTS and not 0 < len(found) == wanted < MAX_COLUMNS:
+                    raise InvalidInput(
+                        f"message {len(rows)} of {chosen} holds {len(found)} numbers, others not as"
+                        " many."
+                    )
                 rows.append(found)
                 named.append(names)
                 clocks[0].append(sent)
@@ -343,13 +347,6 @@ def _merge(
             for found in arrays.values():
                 found[k] = np.where(np.isfinite(found[k]), found[k], found[k - 1])
     return time[fresh], {what: found[fresh] for what, found in arrays.items()}
-
-
-def _check_length(length: int, rows: list[Any], topic: str) -> None:
-    if length != len(rows[0] if rows else range(length)) or not 0 < length < MAX_COLUMNS:
-        raise InvalidInput(
-            f"message {len(rows)} of {topic} holds {length} numbers, others not as many."
-        )
 
 
 def _open(part: Path) -> contextlib.AbstractContextManager[_Bag]:

@@ -34,7 +34,9 @@ def read_hdf5(path: str) -> _Answer:
 
     file = h5py.File(path, "r")
     if "nwb_version" in file.attrs and "notes" not in file.get("general", ()):
-        raise InvalidInput(f"{_NO_TENSORS} {_POSES if _holds_poses(file) else _NO_POSES}")
+        films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
+        posed = any(_find(film, "PoseEstimationSeries") for film in films.values())
+        raise InvalidInput(f"{_NO_TENSORS} {_POSES if posed else _NO_POSES}")
     _refuse_links(file, set())
     if "nwb_version" in file.attrs:
         return _read_nwb(file)
@@ -484,12 +486,6 @@ def _read_settings(file: Any) -> dict[str, Any]:
     except (KeyError, ValueError, TypeError):
         return {}
     return settings if isinstance(settings, dict) else {}
-
-
-def _holds_poses(file: Any) -> bool:
-    """Whether an NWB file has a pose estimation with landmarks."""
-    films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
-    return any(_find(film, "PoseEstimationSeries") for film in films.values())
 
 
 def _order_landmarks(file: Any, films: Any, titles: list[str]) -> tuple[list[str], list[str]]:

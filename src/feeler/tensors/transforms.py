@@ -115,6 +115,8 @@ def require_variables(dataset: xr.Dataset, *names: str) -> None:
 
 # The side that a touch comes from: its sign in the tensors, and peaks that do not depend on it.
 
+_SIDES = {"left", "right", "", "nan"}
+
 
 @checked
 def mirror_to_left(tensors: xr.DataArray) -> xr.DataArray:
@@ -150,6 +152,10 @@ def find_right(tensors: xr.DataArray | xr.Dataset) -> xr.DataArray | None:
     side = tensors.coords.get("side")
     if side is None or not {*side.dims} <= {"trial"}:
         return None
+    if unknown := sorted({*map(str, np.unique(side.astype(str)))} - _SIDES):
+        raise InvalidInput(
+            f"side is 'left', 'right', or empty where unknown; got {unknown[0]!r}."
+        )
     return side.drop_vars([name for name in side.coords if name != "trial"]) == "right"
 
 
@@ -197,6 +203,83 @@ def measure_peak(*tensors: xr.DataArray | np.ndarray) -> float:
     plain = (get_bending(one) if isinstance(one, xr.DataArray) else one for one in tensors)
     sizes = (np.abs(np.asarray(one)) for one in plain)
     return max(float(np.fmax.reduce(size, axis=None, initial=0.0)) for size in sizes)
+
+
+# What the entries of tensors stand for: their dims, and whether others have the same sensors,
+# clock and unit.
+
+_DIMS = ("trial", "sensor", "time")
+
+
+def find_dims(X: Any) -> tuple[str, str, str]:
+    """What the dims of tensors are called that stand for trial, sensor and time.
+
+    ``trial``, ``sensor`` and ``time`` are what they say, wherever they stand; dims of other names,
+    such as (epoch, neuron, time), take the places that are left, in their order.
+    """
+    named = isinstance(X, xr.DataArray | xr.Variable)  # an array of HDF5 has other dims
+    dims = [str(dim) for dim in (X.dims if named else _DIMS)]
+    if len(dims) != 3:
+        hint = ' One recording is X.expand_dims("trial").' if len(dims) == 2 else ""
+        raise InvalidInput(
+            "The tensors need three dims: trial, sensor and time, or others in this order; got"
+            f" {tuple(dims)}.{hint}"
+        )
+    others = iter([dim for dim in dims if dim not in _DIMS])
+    first, second, third = (dim if dim in dims else next(others) for dim in _DIMS)
+    return first, second, third
+
+
+def read_axes(X: Any, *, aligned: bool = False) -> dict[str, Any]:
+    """Labels of the sensors, time between samples and unit, as far as the tensors say them; of
+    ``aligned`` ones also when they begin, since contact where they say it.
+    """
+    X = stack_planes(X["angle"] if hasattr(X, "data_vars") else X)
+    axes: dict[str, Any] = {}
+    if units := getattr(X, "attrs", {}).get("units"):
+        axes["units"] = str(units)
+    indexes = getattr(X, "indexes", {}) if getattr(X, "ndim", 0) == 3 else {}
+    if indexes and (sensor := find_dims(X)[1]) in indexes and indexes[sensor].nlevels == 1:
+        axes["sensor"] = indexes[sensor].tolist()
+    if "time" in indexes and indexes["time"].dtype.kind in "fiu" and len(indexes["time"]) > 1:
+        time = indexes["time"].to_numpy()
+        axes["step"] = float(np.median(np.diff(time)))
+        lead = np.unique(X.coords.get("lead", 0.0))
+        if aligned and lead.size == 1:
+            axes["start"] = float(time[0] - np.nan_to_num(lead[0]))
+    return axes
+
+
+def check_axes(X: Any, known: dict[str, Any]) -> None:
+    """Refuse another unit and other sensors, or in another order, than were learned; warn of other
+    names, of another time between samples, and of another begin.
+    """
+    axes = read_axes(X, aligned="start" in known)
+    other = {key for key in axes.keys() & known.keys() if axes[key] != known[key]}
+    if "units" in other:
+        raise InvalidInput(
+            f"What was fitted learned tensors in {known['units']}, these are in {axes['units']}."
+            f" Take them in one unit: feeler.tensors.in_unit(X, {known['units']!r})."
+        )
+    if "sensor" in other:
+        if {*axes["sensor"]} & {*known["sensor"]}:
+            raise InvalidInput(
+                "The tensors have other sensors than those that were learned, or the same in"
+                " another order. Take the same, from base to tip: X.sel(sensor=…)."
+            )
+        warnings.warn(
+            "The sensors have other names than those that were learned; they are taken in their"
+            " order.",
+            stacklevel=4,
+        )
+    for key, words in (("step", "time between samples"), ("start", "time of the first sample")):
+        if key in other and not np.isclose(axes[key], known[key], rtol=0.01, atol=1e-6):
+            warnings.warn(
+                f"The tensors have another {words} than those that were learned ({axes[key]:g},"
+                f" learned {known[key]:g}), so that samples are taken for those of other moments."
+                " Resample: X.interp(time=…).",
+                stacklevel=4,
+            )
 
 
 # On the way to an encoder: non-negative, scaled tensors, never baked into what is stored; and
@@ -290,11 +373,9 @@ def measure_negative(tensors: xr.DataArray | np.ndarray) -> np.ndarray:
     """
     if getattr(getattr(tensors, "dtype", None), "kind", "") not in tuple("biuf"):
         raise InvalidInput(f"tensors must be an array of numbers, got {show(tensors)}.")
-    if isinstance(tensors, xr.DataArray):
-        alone = "trial" not in tensors.dims
-        values = tensors.transpose("trial", ..., missing_dims="ignore").values
-    else:
-        values, alone = tensors, tensors.ndim < 3
+    named: Any = tensors if isinstance(tensors, xr.DataArray) else xr.DataArray(tensors)
+    alone = named.ndim < 3 if isinstance(tensors, np.ndarray) else "trial" not in named.dims
+    values = named.transpose("trial", ..., missing_dims="ignore").values
     return np.array([_measure_negative(one) for one in (values[None] if alone else values)])
 
 
@@ -456,8 +537,10 @@ def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.
     """Angles of all hinges (…, hinge) [rad] from those of some (…, sensor), as
     :func:`reconstruct_posture` says.
 
-    ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0.
+    ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0, in any
+    order.
     """
+    hinge, angle = np.sort(hinge), angle[..., np.argsort(hinge)]
     bending = (angle - antenna.rest_angle[..., hinge]) / antenna.segment_length[hinge]
     known, wanted = antenna.hinge_position[hinge], antenna.hinge_position
     between = np.stack([np.interp(wanted, known, row) for row in np.eye(len(known))])
