@@ -3,7 +3,7 @@
 import io
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -212,7 +212,7 @@ def _read_tracker(
     ``first``: of several animals the first one, where none is named.
     """
     source = Path(path).name
-    if _has_hdf5(path):
+    if read_start(path, len(HDF5)) == HDF5:
         return _read_hdf5_file(path, individual, first)
     text = join_lines(read_text(path, MAX_BYTES))
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
@@ -237,14 +237,6 @@ def _read_tracker(
     if any(name.endswith("_ncams") for name in table.columns) and "fnum" in table.columns:
         return _read_anipose(table)
     return table
-
-
-def _has_hdf5(path: str | os.PathLike) -> bool:
-    """Whether a file is HDF5, by how it begins."""
-    try:
-        return read_start(path, len(HDF5)) == HDF5
-    except InvalidInput:
-        return False
 
 
 def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool) -> Found:
@@ -434,7 +426,11 @@ def _read_hdf5_file(
     k = individuals.index(_choose(individuals, source, **asked))
     n = about["frames"][k] if "frames" in about else None
     places, scores = position[k, :n], None if score is None else score[k, :n].astype(float)
-    notes, rate, timed = _take_notes(about, k), about.get("frame_rate"), ""
+    notes = {"source": about["sources"][k]} if "sources" in about else {}
+    notes |= about.get("notes", {})
+    if about.get("flat"):
+        notes["without z"] = ", ".join(about["flat"])
+    rate, timed = about.get("frame_rate"), ""
     if "times" in arrays:
         frame, step, wrong = _count_frames(np.array(arrays["times"][k, :n], dtype=float) * 1e3)
         if frame is None:
@@ -457,15 +453,6 @@ def _read_hdf5_file(
         settings=about.get("settings", {}),
         software=kind,
     )
-
-
-def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
-    """What the file says beside the numbers, and what is odd about it."""
-    notes = {"source": about["sources"][animal]} if "sources" in about else {}
-    notes |= about.get("notes", {})
-    if about.get("flat"):
-        notes["without z"] = ", ".join(about["flat"])
-    return notes
 
 
 # Columns of landmarks: NAME and axis, in the ways in which programs write them.
