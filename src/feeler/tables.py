@@ -256,6 +256,7 @@ _CELL = r"(?:^|(?<=[;\t\n \"]))[+-]?\d*{}\d+(?:[eE][+-]?\d+)?(?=[;\t\n \"]|$)"
 _COMMA, _POINT = re.compile(_CELL.format(",")), re.compile(_CELL.format(r"\."))
 _BROKEN = re.compile(r'(?m)(?:^|(?<=[,;\t]))"[^"\n]{0,99}\n[^"]{0,99}"(?=[,;\t]|$)')
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+_POINTED = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -463,8 +464,17 @@ def _set_points(text: str, heading: Heading, source: str) -> str:
     Raises
     ------
     InvalidInput
-        Some have commas and others points, or each comma might part thousands.
+        Some have commas and others points, or each comma or point might part thousands.
     """
+    rows = itertools.islice(_list_rows(text, heading.start), _LOOKED_AT)
+    for cells in zip(*(split_line(line, heading.delimiter) for _, line in rows), strict=False):
+        parted = [cell for cell in cells if "." in cell]
+        digits = [len(cell) for cell in cells if cell.isdigit()]
+        if parted and all(map(_POINTED.fullmatch, parted)) and max(digits, default=0) == 3:
+            raise InvalidInput(
+                f"{source}: is {parted[0]!r} a decimal, or are these thousands? Write nothing"
+                " between thousands, or all numbers of the column with a decimal point."
+            )
     lines = text.split("\n")
     below = "\n".join(lines[heading.start :])
     found = _COMMA.search(below)
@@ -487,11 +497,13 @@ def _set_points(text: str, heading: Heading, source: str) -> str:
 
 
 def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
-    """Numbered lines after line ``start`` that are neither empty nor notes."""
+    """Numbered lines after line ``start`` that are neither blank nor notes; tabs alone are a row
+    of empty cells.
+    """
     # one at a time: a list of lines would take many times the text's memory
     for number, line in enumerate(io.StringIO(text), 1):
         note = re.match(r"\s*#(?!N/A)", line, re.IGNORECASE)
-        if number > start and not note and not line.isspace():
+        if number > start and not note and line.strip(" \r\n"):
             yield number, line.rstrip("\n")
 
 

@@ -27,10 +27,12 @@ from feeler.calibration import (
     measure_impulse_film,
     predict_release,
 )
+from feeler.calibration.measurements import make_film
 from feeler.calibration.traces import simulate_steps
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.experiments.mechanics import IMPULSE_LEAD, hit, hold
 from feeler.physics.equilibrium import compute_point
+from feeler.tracking import Tracks
 
 from .small_antenna import make_small
 
@@ -350,6 +352,37 @@ def test_segments_under_the_microscope_make_the_beam(tmp_path):
     (tmp_path / "bare.csv").write_text("length,diameter_um\n400,90\n400,30\n")
     with pytest.raises(InvalidInput, match="'length' does not say its unit"):
         load_microscope(tmp_path / "bare.csv", modulus=900.0)
+
+
+@pytest.mark.parametrize(
+    ("rows", "match"),
+    [
+        ("1,500,200\n2,400,100\n,900,150", "line 4: segment is nan, but each row needs"),
+        ("1,500,200\n2,400,100\n1,500,190\n2,410,90", "line 4: segment is 1, but each row"),
+        ("a,500,200\nb,400,100\nMean,450,150", "the row 'Mean' is no segment"),
+    ],
+)
+def test_sums_and_second_antennae_are_no_segments(tmp_path, rows, match):
+    (tmp_path / "s.csv").write_text(f"segment,length_um,diameter_um\n{rows}\n")
+    with pytest.raises(InvalidInput, match=match):
+        load_microscope(tmp_path / "s.csv", modulus=900.0)
+
+
+def test_a_base_that_drifts_with_the_animal_changes_no_release():
+    time = np.arange(-30, 150) / 500
+    swing = 40 * np.where(time < 0, 1, np.exp(-30 * time) * np.cos(150 * time))
+    noise = np.random.default_rng(0).normal(0, 0.1, (2, 180, 2, 2))
+    still = np.zeros((180, 2, 2))
+    still[:, 1] = np.stack([np.full(180, 300.0), swing], axis=1)
+    drift = np.outer(time, [20.0, 20.0])[:, None]  # 7 px, beside an antenna of 300 px
+    first, second = (
+        make_film(
+            Tracks(position=one, landmarks=("base", "tip"), interval=2.0), ("base", "tip")
+        ).make_traces()
+        for one in (still + noise[0], still + drift + noise[1])
+    )
+    off = second.displacement[0][:140] - first.displacement[0][:140]
+    assert np.abs(off).max() < 1.5
 
 
 def measure(antenna, seed):

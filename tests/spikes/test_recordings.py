@@ -89,6 +89,32 @@ def test_the_trials_of_an_nwb_file_and_a_table_of_onsets_are_the_same(tmp_path):
     np.testing.assert_allclose(read_onsets(path), ONSETS)
 
 
+def test_units_keep_long_names_and_spikes_are_not_their_onsets(tmp_path):
+    trains = {"20240101": TRAINS["3"], "20240102": TRAINS["5"]}
+    rows = [(name, 5.0, time / 1e3) for name, train in trains.items() for time in train]
+    table = pd.DataFrame(rows, columns=["unit", "onset_s", "spike_time_s"])
+    table.to_csv(tmp_path / "s.csv", index=False)
+    found = read_trains(tmp_path / "s.csv")
+    assert [*found] == [*trains]
+    for name, train in trains.items():
+        np.testing.assert_allclose(found[name], train)
+    table.rename(columns={"onset_s": "time_s"}).to_csv(tmp_path / "two.csv", index=False)
+    with pytest.raises(InvalidInput, match="which of time_s, spike_time_s is the time"):
+        read_trains(tmp_path / "two.csv")
+
+
+def test_rows_that_differ_and_intervals_that_no_cell_has_are_told(tmp_path):
+    times = np.cumsum(np.random.default_rng(0).exponential(20.0, 100) + 2)
+    twice = pd.DataFrame({"unit": 1, "time_ms": np.repeat(times, 2)})
+    twice.to_csv(tmp_path / "twice.csv", index=False)
+    with pytest.warns(ModelValidityWarning, match="several cells, or rows twice"):
+        read_trains(tmp_path / "twice.csv")
+    events = pd.DataFrame({"time_ms": ONSETS, "event": ["contact", "let go", "contact"]})
+    events.to_csv(tmp_path / "events.csv", index=False)
+    with pytest.warns(ModelValidityWarning, match="though they differ in event"):
+        assert read_onsets(tmp_path / "events.csv").size == 3
+
+
 @pytest.mark.parametrize(
     ("head", "factor", "words"),
     [

@@ -11,11 +11,13 @@ from datetime import UTC, datetime, timedelta, timezone
 import mujoco
 import numpy as np
 import pytest
+import xarray as xr
 from awkward_touches import INTERVAL, N_SAMPLES, SENSORS, list_trials, make_antenna, make_set
 
 import feeler
+from feeler.errors import InvalidInput
 from feeler.physics.spec import write_mjcf
-from feeler.tensors.formats import save
+from feeler.tensors.formats import load, save
 
 TIME = INTERVAL * np.arange(N_SAMPLES)
 TENSORS = ("angle", "curvature", "tip", "force", "base_force", "base_moment", "base_pose")
@@ -59,6 +61,26 @@ def test_what_netcdf_cannot_hold_is_json_in_it(tensors, tmp_path):
     save(tensors.assign_attrs(told=told), tmp_path / "a.nc")
     with h5py.File(tmp_path / "a.nc") as file:
         assert json.loads(file.attrs["told"]) == told
+
+
+def test_what_xarray_cut_turned_or_converted_is_not_read_by_the_old_description(
+    tensors, tmp_path
+):
+    save(tensors, tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc") as opened:
+        own = opened.load()
+    cut = own.isel(time=slice(0, N_SAMPLES // 2), trial=[1])
+    turned, seconds = own.transpose(), own.assign_coords(time=own["time"] / 1e3)
+    seconds["time"].attrs["units"] = "s"
+    for name, one in (("cut", cut), ("turned", turned), ("seconds", seconds)):
+        one.to_netcdf(tmp_path / f"{name}.nc", engine="h5netcdf")
+    found = load(tmp_path / "cut.nc")
+    np.testing.assert_array_equal(found["angle"].values, cut["angle"].values)
+    assert found.attrs["engine"] == tensors.attrs["engine"]
+    with pytest.raises(InvalidInput, match="'angle' must have dims"):
+        load(tmp_path / "turned.nc")
+    with pytest.raises(InvalidInput, match="'time' must be in ms, says 's'"):
+        load(tmp_path / "seconds.nc")
 
 
 def _decode(value):

@@ -58,6 +58,7 @@ def test_unicode_text_and_broken_headers_of_spreadsheets(tmp_path, coding):
         ("a,b\n1,1_0\n", "'1_0' is no finite number"),
         ("a;b\n1;2,5\n3.5;1\n", "line 2: '2,5' has a decimal comma, '3.5' a decimal point"),
         ("a;b\n1;2,500\n1;-12,125\n", "is '2,500' a decimal, or are these thousands"),
+        ("a;b\n1;900\n1;1.026\n", "is '1.026' a decimal, or are these thousands"),
         ('a,b\n1,2\n1,"2,5"\n', "Use a decimal point"),
         ("a,b\n1,__import__('os')\n", "is no finite number"),
     ],
@@ -65,6 +66,15 @@ def test_unicode_text_and_broken_headers_of_spreadsheets(tmp_path, coding):
 def test_bad_tables(text, message):
     with pytest.raises(InvalidInput, match=message.replace("(", r"\(").replace(")", r"\)")):
         parse_table(text)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_a_row_of_empty_cells_is_a_row_and_a_blank_line_is_none(delimiter):
+    text = "a,b\n1,2.125\n,\n\n3,4.5\n".replace(",", delimiter)
+    expected = [[1.0, 2.125], [np.nan, np.nan], [3.0, 4.5]]
+    np.testing.assert_array_equal(parse_table(text).values, expected)
+    threes = "a,b\n100,2.125\n101,3.500\n".replace(",", delimiter)  # decimals, all with a point
+    np.testing.assert_array_equal(parse_table(threes).values, [[100, 2.125], [101, 3.5]])
 
 
 def test_unknown_column_lists_those_there_are():

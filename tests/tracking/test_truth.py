@@ -360,6 +360,52 @@ def test_times_that_are_rounded_to_milliseconds_are_even_and_others_are_not(tmp_
         load_tracks(write(tmp_path / "u.csv", position, uneven))
 
 
+@pytest.mark.parametrize("lost", [(2, 3), (1, 2), 0.3])
+def test_a_camera_that_loses_many_frames_shows_the_same_sweeps(tmp_path, lost):
+    position = film(1.5, 200, n_cycles=12)
+    frame = np.arange(len(position))
+    kept = np.random.default_rng(0).random(len(position)) > 0.3
+    if lost != 0.3:
+        kept = frame % lost[1] < lost[1] - 1
+    whole = make(position, 200)
+    found = load_tracks(write(tmp_path / "t.csv", position[kept], frame[kept] / 200))
+    assert found.interval == pytest.approx(5.0 if lost != (1, 2) else 10.0)
+    one, other = (measure_exploration([tracks]) for tracks in (whole, found))
+    np.testing.assert_allclose(other.mean_peak, one.mean_peak, rtol=0.05)
+    np.testing.assert_allclose(other.n_peaks, one.n_peaks, atol=1)
+
+
+def test_a_film_whose_rate_changes_or_whose_clock_is_coarse_is_refused(tmp_path):
+    time = np.concatenate([np.arange(150) / 30, 5 + np.arange(150) / 24])
+    position = film(2, 75)[:300]
+    with pytest.raises(InvalidInput, match="even clock: it runs at 24 to 30 frames/s"):
+        load_tracks(write(tmp_path / "phone.csv", position, time))
+    time = np.round(np.arange(len(position)) / 0.65)
+    with pytest.raises(InvalidInput, match="whole ms, too coarse for frames 1 or 2 ms apart"):
+        load_tracks(write(tmp_path / "ms.csv", position, time, name="time_ms"))
+
+
+def test_animals_below_one_another_are_not_one_film(tmp_path):
+    one, two = film(2, 100, seed=1), film(3, 100, seed=2)
+    both, time = np.concatenate([one, two]), np.arange(len(one) + len(two)) / 100
+    again = np.concatenate([time[: len(one)], time[: len(two)]])
+    path = write(tmp_path / "both.csv", both, again)
+    with pytest.raises(InvalidInput, match=r"time_s falls from .* to 0\. Are these several"):
+        load_tracks(path, frame_rate=100)
+    lines = path.read_text().splitlines()
+    owners = ["animal", *["c1"] * len(one), *["c2"] * len(two)]
+    for name in ("below", "beside"):
+        rows = [f"{owner},{line}" for owner, line in zip(owners, lines, strict=True)]
+        if name == "beside":
+            rows[1:] = np.array(rows[1:])[np.argsort(again, kind="stable")].tolist()
+        (tmp_path / f"{name}.csv").write_text("\n".join(rows))
+        with pytest.raises(InvalidInput, match="choose one of c1, c2"):
+            load_tracks(tmp_path / f"{name}.csv")
+        found = load_tracks(tmp_path / f"{name}.csv", individual="c2")
+        alone = load_tracks(write(tmp_path / "two.csv", two, time[: len(two)]))
+        np.testing.assert_array_equal(found.position, alone.position)
+
+
 def test_frame_numbers_that_jump_are_gaps(tmp_path):
     position = film(2, 100)
     kept = np.delete(np.arange(len(position)), np.arange(3, len(position), 10))

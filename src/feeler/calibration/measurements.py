@@ -40,6 +40,8 @@ from feeler.validation import checked
 
 _LENGTHS = {**BEAM_UNITS["length"], "nm": 1e-6}
 _DEFLECTION, _FORCE = ("deflection", "displacement", "extension"), ("force", "load")
+_OWNERS = ("animal", "individual", "specimen", "subject", "id")
+_SUMS = ("sum", "total", "mean", "average", "median", "sd", "se", "sem", "std")  # of other rows
 _FORCES = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9, "g": 9.80665e-3, "mg": 9.80665e-6}
 
 
@@ -82,7 +84,20 @@ def load_microscope(
     order = np.arange(len(table.values))
     named = next((name for name in table.columns if name.lower() in ("segment", "number")), "")
     if named and named not in table.words:
-        order = np.argsort(table.column(named), kind="stable")
+        number = table.column(named)
+        order = np.argsort(number, kind="stable")
+        odd = np.flatnonzero(~(np.diff(number[order], prepend=-np.inf) > 0))
+        if odd.size:
+            row = order[odd[0]]
+            raise InvalidInput(
+                f"{table.source} line {table.line[row]}: {named} is {number[row]:g}, but each row"
+                " needs a number of its own. A table is of one antenna, without sums or means."
+            )
+    cells = [text for texts in table.words.values() for text in texts.tolist()]
+    if sums := [text for text in cells if text.lower() in _SUMS]:
+        raise InvalidInput(
+            f"{table.source}: the row {sums[0]!r} is no segment. Leave sums and means out."
+        )
     wide = table.find_quantity(("diameter", "width"), _LENGTHS)
     radius = wide[0] / 2 if wide else table.quantity(("diameter", "radius"), _LENGTHS)[0]
     radius = radius[order]
@@ -190,16 +205,16 @@ def load_forces(
 
     Forces in g are a balance's. A column ``at`` (with its unit), the distance of the loaded point
     from the base, gives a curve for each place; else it is ``at`` [mm]. ``name`` is the animal's,
-    by default the file's; where a column ``animal`` says whose a row is, that of the one to take,
-    by default of all. A force that falls as the deflection
-    grows is taken as the antenna's own on the load cell, with the opposite sign.
+    by default the file's; where a column ``animal``, ``individual``, ``specimen``, ``subject`` or
+    ``id`` says whose a row is, that of the one to take, by default of all. A force that falls as
+    the deflection grows is taken as the antenna's own on the load cell, with the opposite sign.
 
     Raises
     ------
     InvalidInput
         A column without a unit, no place, or a curve that is not monotone.
     """
-    table = read_table(path, words=("animal",))
+    table = read_table(path, words=_OWNERS)
     deflection, _ = table.quantity(_DEFLECTION, _LENGTHS)
     force, _ = table.quantity(_FORCE, _FORCES)
     placed = table.find_quantity(("at", "arm", "place"), _LENGTHS)
@@ -210,8 +225,9 @@ def load_forces(
         )
     places = placed[0] if placed else np.full(len(table.values), at)
     who = np.full(len(places), name or Path(path).stem)
-    if "animal" in table.columns:
-        who = table.words["animal"]
+    owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
+    if owner is not None:
+        who = table.words[owner]
         if name not in ("", *who):
             raise InvalidInput(
                 f"{table.source}: no animal {name!r}; there are {', '.join(dict.fromkeys(who))}."
@@ -305,7 +321,7 @@ _STRAY = (
     0.1,
     5.0,
 )  # [C] of the antenna's length, and times what is usual: a place off its path
-_STILL = 0.02  # [C] share of the antenna's length by which a base moves that is clamped
+_STILL = 0.02  # [C] share of the tip's motion by which a base moves that is clamped
 
 
 class Film(Shown, Record):
@@ -498,14 +514,15 @@ def make_film(
         said[0] = 0.0
         base = position[:, 0]
         origin = np.median(base, axis=0)
-        length = np.linalg.norm(np.median(position[-1:, -1], axis=0) - origin)
+        swing = np.ptp(position[:, -1], axis=0).max()
         wander = np.linalg.norm(base - origin, axis=1)
-        if np.ptp(position[:, 0], axis=0).max() > 2 * np.ptp(position[:, -1], axis=0).max():
+        noise = np.linalg.norm(np.diff(base, 2, axis=0).std(axis=0)) / np.sqrt(6.0)
+        if np.ptp(position[:, 0], axis=0).max() > 2 * swing:
             raise InvalidInput(
                 f"{name}: {names[0]} moves more than {names[-1]}, but points go from the clamped"
                 f" base to the tip. Give {','.join(reversed(names))}?"
             )
-        still = np.percentile(wander, 90) < _STILL * length
+        still = np.percentile(wander, 90) <= max(_STILL * swing, 2.5 * noise)
         position = position - (origin if still else base[:, None])
     if said[-1] is None:
         said[-1] = 1.0

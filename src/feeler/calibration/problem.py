@@ -95,10 +95,6 @@ class Targets(Record):
         pairs = zip(self.targets, values, strict=True)
         return self.replace(targets=[one.replace(value=float(value)) for one, value in pairs])
 
-    def only(self, *names: str) -> "Targets":
-        """The set reduced to the named quantities."""
-        return self.replace(targets=[one for one in self.targets if one.name in names])
-
 
 @checked
 def make_targets(

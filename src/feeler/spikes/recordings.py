@@ -34,9 +34,10 @@ from feeler.validation import checked
 
 # Trains on the session's clock.
 
-_EVENTS = "spike|onset|contact|start|on"
+_SPIKE, _ONSET = "spike", "onset|contact|start|on"  # what times are of, in names of columns
 _OWNERS = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
 _FASTEST = 2.0  # [C] spikes per ms of one unit in the median interval, above any nerve fibre's
+_MIXED = 0.02  # [C] share of a unit's intervals that may be as short
 _FEW = 20  # [C] intervals that may be equal by chance or design
 _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
@@ -70,11 +71,24 @@ def read_trains(
     elif read_start(path, len(HDF5)) == HDF5:
         trains = _read_nwb(path, TIME_UNITS[unit or "s"])
     else:
-        trains = _read_table(path, unit)
+        trains = _read_table(path, unit, _SPIKE)
     if not trains or not any(train.size for train in trains.values()):
         raise InvalidInput(f"{path.name} holds no spike.")
     if unit is None:
         _doubt_clock(trains, path.name)
+    close = {
+        name: np.mean(np.diff(train) < 1 / _FASTEST)
+        for name, train in trains.items()
+        if train.size > _FEW
+    }
+    if close := {name: share for name, share in close.items() if share > _MIXED}:
+        text = (
+            "intervals of units are shorter than a nerve fibre's: several cells, or rows twice?"
+        )
+        shares = ", ".join(
+            f"{name}: {share:.0%} under {1 / _FASTEST} ms" for name, share in close.items()
+        )
+        warnings.warn(ModelValidityWarning(text, shares + "."), stacklevel=3)
     return trains
 
 
@@ -99,13 +113,17 @@ def _doubt_clock(trains: Mapping[str, np.ndarray], source: str) -> None:
         )
 
 
-def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
+def _read_table(path: Path, unit: str | None, events: str) -> dict[str, np.ndarray]:
     table = read_table(path, words=_OWNERS)
-    found = find_times(table.columns, _EVENTS)
+    found = find_times(table.columns, events)
     if not found:
         raise InvalidInput(
             f"{path.name} has no column of times, but {', '.join(table.columns[:12])}. Spikes are"
             " a table with columns unit and time_s or time_ms, a row per spike."
+        )
+    if len(found) > 1:
+        raise InvalidInput(
+            f"{path.name}: which of {', '.join(found)} is the time? Leave one of them."
         )
     column, said = next(iter(found.items()))
     if not (said or unit):
@@ -120,9 +138,13 @@ def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
         )
     time = table.column(column) * TIME_UNITS[said or unit or ""]
     owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
+    for name, texts in table.words.items():
+        if name != owner and len(kinds := [*dict.fromkeys(texts.tolist())]) > 1:
+            text = f"all rows of {path.name} are taken, though they differ in {name}."
+            warnings.warn(ModelValidityWarning(text, ", ".join(kinds[:12])), stacklevel=4)
     labels = np.full(time.size, "1") if owner is None else table.words[owner]
-    if all(map(is_numeral, labels.tolist())):
-        labels = np.array([f"{float(label):g}" for label in labels.tolist()])
+    if all(map(is_numeral, labels.tolist())):  # 3.0, as pandas writes it, is 3
+        labels = np.array([f"{float(label):.15g}" for label in labels.tolist()])
     return {
         str(name): np.sort(time[(labels == name) & np.isfinite(time)])
         for name in dict.fromkeys(labels.tolist())
@@ -158,7 +180,7 @@ def read_onsets(path: str | os.PathLike, *, unit: str | None = None) -> np.ndarr
     ``onset_s`` or ``onset_ms``, or the starts of an NWB file's trials.
     """
     if read_start(path, len(HDF5)) != HDF5:
-        return np.sort(np.concatenate([*_read_table(Path(path), unit).values()]))
+        return np.sort(np.concatenate([*_read_table(Path(path), unit, _ONSET).values()]))
     _, arrays = open_guarded(f"{__name__}:_read_nwb_units", path)
     if "starts" not in arrays:
         raise InvalidInput(f"{Path(path).name} has no table of trials; give the onsets.")
@@ -222,7 +244,7 @@ def _is_spikes(path: Path, start: bytes) -> bool:
     if len(names) == 1:  # without those that are called onsets
         return bool(find_times(names, "spike"))
     return (
-        bool(find_times(names, _EVENTS))
+        bool(find_times(names, _SPIKE))
         and len(names) <= 4
         and any(name.lower() in _OWNERS for name in names)
     )

@@ -345,11 +345,18 @@ class Population(Record):
         time = in_unit(touches["time"], "ms").values
         step = find_step(time)
         samples = self._feel(touches)
-        refuse_gaps(samples)
+        if not np.isfinite(samples).all():  # which would pass for no bending
+            raise InvalidInput("the bending is not finite; fill gaps, or leave the trial out.")
         rates = np.empty((len(samples), time.size, self.position.size))
         fixed = (*self.find_taps(touches["position"].values), self.side * self.gain, self.table)
         for touch, rate in zip(samples, rates, strict=True):
-            refuse_coarse(encode_touch(touch, *fixed, step, rate), step, limit)
+            stiffness = encode_touch(touch, *fixed, step, rate)
+            if stiffness > limit:
+                raise InvalidInput(
+                    f"the samples, {step:g} ms apart, are too coarse for how fast these sensilla"
+                    f" adapt. Sample every {step * limit / stiffness:.2g} ms (sample_interval=), or"
+                    " lower the gain."
+                )
         return rates
 
     def _feel(self, touches: xr.Dataset) -> np.ndarray:
@@ -366,22 +373,6 @@ def find_step(time: np.ndarray) -> float:
     if not steps.size or np.ptp(steps) > _UNEVEN * steps.mean():
         raise InvalidInput("sensilla need samples at even steps of time, at least two.")
     return float(steps.mean())
-
-
-def refuse_gaps(samples: np.ndarray) -> None:
-    """Raise where bending is missing, which would pass for none."""
-    if not np.isfinite(samples).all():
-        raise InvalidInput("the bending is not finite; fill gaps, or leave the trial out.")
-
-
-def refuse_coarse(stiffness: float, step: float, limit: float = STIFFEST) -> None:
-    """Raise where one step was longer than the threshold needs to follow."""
-    if stiffness > limit:
-        raise InvalidInput(
-            f"the samples, {step:g} ms apart, are too coarse for how fast these sensilla adapt."
-            f" Sample every {step * limit / stiffness:.2g} ms (sample_interval=), or lower the"
-            " gain."
-        )
 
 
 @checked

@@ -42,12 +42,28 @@ def read_hdf5(path: str) -> _Answer:
         return _read_nwb(file)
     description = file.attrs.get(DESCRIPTION)
     arrays = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
-    if isinstance(description, str):
-        content = json.loads(description)
+    content = json.loads(description) if isinstance(description, str) else {}
+    if _describes(content, arrays):
         return content, {
             name: item for name, item in arrays.items() if item.dtype.kind in "biuf"
         }
     return _read_netcdf(file, arrays)
+
+
+def _describes(content: dict[str, Any], arrays: dict[str, Any]) -> bool:
+    """Whether a description is that of these arrays, and not of those that another program had
+    before it cut, turned or converted them.
+    """
+    bare = b"This is a netCDF dimension but not a netCDF variable"
+    own = {
+        name: (item.shape, _plain(item.attrs.get("units", "")))
+        for name, item in arrays.items()
+        if not item.attrs.get("NAME", b"").startswith(bare)
+    }
+    return own == {
+        name: (tuple(entry["shape"]), entry["attributes"].get("units", ""))
+        for name, entry in content.get("variables", {}).items()
+    }
 
 
 def _refuse_links(group: Any, seen: set[int]) -> None:
@@ -296,7 +312,9 @@ def _gather(held: dict[str, tuple[Any, Any, Any]], attributes: Any) -> _Answer:
     for name, entry in variables.items():
         entry["coordinate"] = name in named or entry["dims"] == [name]
     plain = {
-        name: _plain(value) for name, value in dict(attributes).items() if name != "coordinates"
+        name: _plain(value)
+        for name, value in dict(attributes).items()
+        if name not in ("coordinates", DESCRIPTION)
     }
     numbers = {name: parts[0] for name, parts in held.items() if "texts" not in variables[name]}
     return {"variables": variables, "attributes": plain}, numbers

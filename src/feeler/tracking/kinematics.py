@@ -119,22 +119,17 @@ class _MotionSpectrum:
         Mean frequency of the speed's spectrum [kHz]; NaN where there is no motion above the noise.
     """
 
-    def __init__(self, stretches: list[np.ndarray], interval: float) -> None:
-        """``stretches`` of finite angles (frame,) [rad], ``interval`` between frames [ms]."""
+    def __init__(self, stretches: list[np.ndarray], interval: float, rise: float = 1.0) -> None:
+        """``stretches`` of finite angles (frame,) [rad], ``interval`` between frames [ms]; ``rise``
+        of the noise's density from the upper half of the frequencies to the lower one.
+        """
         self._interval = interval
-        pieces = [piece for piece in stretches if piece.size >= MIN_FRAMES]
+        pieces, spectra = _list_spectra(stretches, interval)
         highest = _HIGHEST / interval
         self.noise, self.best_cutoff, self.frequency = 0.0, highest, float("nan")
         self._f = self._weight = self._power = np.zeros(0)
         if not pieces:
             return
-        spectra = [
-            [
-                values[1:-1]
-                for values in periodogram(piece, 1 / interval, "hann", detrend="linear")
-            ]
-            for piece in pieces
-        ]
         frequency = self._f = np.concatenate([f for f, _ in spectra])
         self._power = np.concatenate([power for _, power in spectra])
         # a density becomes a variance by the width of a bin; long stretches count more
@@ -144,7 +139,8 @@ class _MotionSpectrum:
                 for (f, _), piece in zip(spectra, pieces, strict=True)
             ]
         )
-        density = float(np.median(self._power[frequency > 0.25 / interval]) / np.log(2))
+        upper = self._power[frequency > 0.25 / interval]
+        density = rise * float(np.median(upper) / np.log(2))
         self.noise = float(np.sqrt(0.5 * density / interval))
         lowest = min(3 / (interval * max(piece.size for piece in pieces)), 0.5 * highest)
         highest = max(lowest, min(highest, _ABOVE * _find_edge(spectra, density)))
@@ -176,6 +172,29 @@ class _MotionSpectrum:
         gain = self._compute_gain(cutoff)
         kept = np.clip((gain**2 @ self._motion) / self._motion.sum(), 0, 1)
         return float(1 - np.sqrt(kept)), float(self._f[np.argmax((1 - gain**2) * self._motion)])
+
+
+def _list_spectra(
+    stretches: list[np.ndarray], interval: float
+) -> tuple[list[np.ndarray], list[list[np.ndarray]]]:
+    """The stretches that are long enough, and frequencies and power of each."""
+    pieces = [piece for piece in stretches if piece.size >= MIN_FRAMES]
+    found = [periodogram(piece, 1 / interval, "hann", detrend="linear") for piece in pieces]
+    return pieces, [[values[1:-1] for values in pair] for pair in found]
+
+
+def _find_rise(is_bridged: np.ndarray, runs: list[slice], max_gap: int) -> float:
+    """Density of white noise at the lower half of the frequencies over that at the upper half,
+    after these frames (frame,) of it were bridged: by made-up noise.
+    """
+    white = np.random.default_rng(0).normal(0.0, 1e-3, is_bridged.size)
+    filled = _bridge_gaps(np.where(is_bridged, np.nan, white), max_gap)[0]
+    _, spectra = _list_spectra([filled[run] for run in runs], 1.0)
+    if not (is_bridged.any() and spectra):
+        return 1.0
+    frequency, power = (np.concatenate(part) for part in zip(*spectra, strict=True))
+    upper = frequency > 0.25
+    return float(np.median(power[~upper]) / np.median(power[upper]))
 
 
 def _find_edge(spectra: list[list[np.ndarray]], density: float) -> float:
@@ -386,7 +405,9 @@ def find_sweeps(
     """
     filled, _ = _bridge_gaps(np.asarray(angle, dtype=float), max_gap)
     is_bridged = np.isfinite(filled) & np.isnan(angle)
-    spectrum = _MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
+    runs = _find_runs(filled)
+    rise = _find_rise(is_bridged, runs, max_gap)
+    spectrum = _MotionSpectrum([filled[run] for run in runs], interval, rise)
     cutoff = _read_cutoff(cutoff, spectrum)
     smoothed = smooth(filled, interval, cutoff=cutoff)
     # sd of the speed [rad/ms] that white noise of the angle, of this sd [rad], leaves

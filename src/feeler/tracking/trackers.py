@@ -3,7 +3,7 @@
 import io
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,9 @@ from feeler.tensors.readers import TRAINING_LABELS
 
 # The clock of a film: frame rate from times, and frames that a file leaves out.
 
-_MAX_JITTER = 0.35  # [C] of a frame interval, by which a time may lie off its frame
+_MAX_JITTER = 0.35  # [C] of a frame interval, by which a step may be longer or shorter
+_MAX_LOST = 2.5  # [C] frames a step in the mean; where more are lost, the interval is not known
+_STRETCH, _MAX_CHANGE = 50, 0.05  # [C] frames whose rate may differ by so much from the film's
 _MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 _SLOWEST, _FASTEST = 2.0, 2e4  # [C] frames per second of films of moving animals
 _FRAME = re.compile(r"frames?|frame[ _.]?(?:idx|index|no|number|num|nr)|fnum", re.IGNORECASE)
@@ -45,13 +47,23 @@ def _count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
     steps = np.diff(time)
     if not steps.size or not (np.isfinite(steps) & (steps > 0)).all():
         return None, float("nan"), "its times do not rise"
-    median = float(np.median(steps))
-    step = float(steps[steps < 1.6 * median].mean())
+    # a tenth of the steps is taken to be without a lost frame
+    step = float(steps[steps < 1.6 * np.percentile(steps, 10)].mean())
     many = np.maximum(np.round(steps / step), 1)
     interval = float(steps.sum() / many.sum())
-    if np.abs(steps / interval - many).max() > _MAX_JITTER:
-        return None, median, f"its frames are {steps.min():.4g} to {steps.max():.4g} ms apart"
-    return np.concatenate([[0.0], np.cumsum(many)]), interval, ""
+    whole = np.round(steps)
+    if {*whole} == {1.0, 2.0} and np.abs(steps - whole).max() < 1e-3:
+        return None, interval, "its times are whole ms, too coarse for frames 1 or 2 ms apart"
+    sparse = many.mean() > _MAX_LOST and many.min() < many.max()
+    if sparse or np.abs(steps / interval - many).max() > _MAX_JITTER:
+        return None, interval, f"its frames are {steps.min():.4g} to {steps.max():.4g} ms apart"
+    frame = np.concatenate([[0.0], np.cumsum(many)])
+    n = _STRETCH
+    local = (time[n:] - time[:-n]) / (frame[n:] - frame[:-n])
+    if local.size and np.abs(local / interval - 1).max() > _MAX_CHANGE:
+        slow, fast = 1e3 / local.max(), 1e3 / local.min()
+        return None, interval, f"it runs at {slow:.4g} to {fast:.4g} frames/s"
+    return frame, interval, ""
 
 
 def _spread_frames(
@@ -116,6 +128,13 @@ def _read_clock(table: Table, given: float | None) -> _Clock:
     if column in table.words:
         return frame, None, "", f"column {column!r} holds text"
     time = table.column(column)
+    if (falls := np.diff(time) < 0).any():
+        k = int(np.argmax(falls))
+        raise InvalidInput(
+            f"{table.source} line {table.line[k + 1]}: {column} falls from {time[k]:g} to"
+            f" {time[k + 1]:g}. Are these several films or animals? Say whose a row is in a column"
+            " individual, or give each a file of its own."
+        )
     counted, step, wrong = _count_frames(time * TIME_UNITS[unit or "s"])
     if counted is None:
         return frame, None, "", f"{wrong} in column {column!r}"
@@ -193,7 +212,7 @@ def _read_tracker(
     ``first``: of several animals the first one, where none is named.
     """
     source = Path(path).name
-    if _has_hdf5(path):
+    if read_start(path, len(HDF5)) == HDF5:
         return _read_hdf5_file(path, individual, first)
     text = join_lines(read_text(path, MAX_BYTES))
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
@@ -208,25 +227,16 @@ def _read_tracker(
     if heading is not None:
         heading = replace(heading, names=_name_twice(heading.names))
     table = parse_table(text, source=source, words=words, heading=heading)
-    if (spread := _spread_long(table, individual, first)) is not None:
-        return spread
-    if {"track", "frame_idx"} <= {*table.columns}:
+    if {"track", "frame_idx"} <= {*table.columns} and any(
+        name.endswith(".x") for name in table.columns
+    ):
         return _read_sleap(table, individual=individual, first=first)
-    if individual is not None:
-        raise InvalidInput(
-            f"{source} is a table of one animal; leave individual {individual!r} out."
-        )
+    table = _take_animal(table, individual=individual, first=first)
+    if (spread := _spread_long(table)) is not None:
+        return spread
     if any(name.endswith("_ncams") for name in table.columns) and "fnum" in table.columns:
         return _read_anipose(table)
     return table
-
-
-def _has_hdf5(path: str | os.PathLike) -> bool:
-    """Whether a file is HDF5, by how it begins."""
-    try:
-        return read_start(path, len(HDF5)) == HDF5
-    except InvalidInput:
-        return False
 
 
 def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool) -> Found:
@@ -416,7 +426,11 @@ def _read_hdf5_file(
     k = individuals.index(_choose(individuals, source, **asked))
     n = about["frames"][k] if "frames" in about else None
     places, scores = position[k, :n], None if score is None else score[k, :n].astype(float)
-    notes, rate, timed = _take_notes(about, k), about.get("frame_rate"), ""
+    notes = {"source": about["sources"][k]} if "sources" in about else {}
+    notes |= about.get("notes", {})
+    if about.get("flat"):
+        notes["without z"] = ", ".join(about["flat"])
+    rate, timed = about.get("frame_rate"), ""
     if "times" in arrays:
         frame, step, wrong = _count_frames(np.array(arrays["times"][k, :n], dtype=float) * 1e3)
         if frame is None:
@@ -439,15 +453,6 @@ def _read_hdf5_file(
         settings=about.get("settings", {}),
         software=kind,
     )
-
-
-def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
-    """What the file says beside the numbers, and what is odd about it."""
-    notes = {"source": about["sources"][animal]} if "sources" in about else {}
-    notes |= about.get("notes", {})
-    if about.get("flat"):
-        notes["without z"] = ", ".join(about["flat"])
-    return notes
 
 
 # Columns of landmarks: NAME and axis, in the ways in which programs write them.
@@ -567,20 +572,48 @@ def _read_fictrac(text: str, source: str) -> Found | None:
 
 _LONG = {
     "landmark": ("keypoint", "keypoints", "bodypart", "bodyparts", "node", "landmark", "part"),
-    "animal": ("individual", "individuals", "track", "animal", "id"),
+    "animal": ("individual", "individuals", "track", "animal", "id", "trial"),
     "clock": ("frame", "frame_idx", "time", "time_s", "time_ms"),
     "likelihood": ("confidence", "likelihood", "score"),
 }
 
 
-def _spread_long(table: Table, individual: str | None, first: bool) -> Table | None:
-    """A long table as one with a row per frame and columns NAME_x, NAME_y, NAME_likelihood, of one
-    animal; None where a table is no long one.
+def _take_animal(table: Table, *, individual: str | None, first: bool) -> Table:
+    """The rows of one animal or trial, where a column says whose a row is.
 
     Raises
     ------
     InvalidInput
-        A landmark twice in a frame of one animal, or several animals and none chosen.
+        Several animals and none chosen, or one chosen that there is not.
+    """
+    lower = {name.lower(): name for name in reversed(table.columns)}
+    owner = next((lower[word] for word in _LONG["animal"] if word in lower), "")
+    who = table.words.get(owner, np.zeros(0))
+    animals = [*dict.fromkeys(who.tolist())]
+    if not owner or len(animals) == who.size:  # none, or numbers of rows
+        if individual is not None:
+            raise InvalidInput(
+                f"{table.source} is a table of one animal; leave individual {individual!r} out."
+            )
+        return table
+    chosen = _choose(animals, table.source, individual=individual, first=first)
+    mine, notes = who == chosen, table.notes
+    if len(animals) > 1:
+        notes = notes | {"animals": f"{', '.join(animals)} ({chosen} taken)"}
+    words = {name: texts[mine] for name, texts in table.words.items()}
+    return replace(
+        table, values=table.values[mine], line=table.line[mine], words=words, notes=notes
+    )
+
+
+def _spread_long(table: Table) -> Table | None:
+    """A long table of one animal as one with a row per frame and columns NAME_x, NAME_y,
+    NAME_likelihood; None where a table is no long one.
+
+    Raises
+    ------
+    InvalidInput
+        A landmark twice in a frame.
     """
     lower = {name.lower(): name for name in reversed(table.columns)}
     named = {
@@ -590,15 +623,8 @@ def _spread_long(table: Table, individual: str | None, first: bool) -> Table | N
     }
     if not {"landmark", "clock"} <= named.keys() or not {"x", "y"} <= lower.keys():
         return None
-    landmark, notes = table.words[named["landmark"]], table.notes
+    landmark = table.words[named["landmark"]]
     mine = landmark != ""
-    if "animal" in named:
-        who = table.words[named["animal"]]
-        animals = [*dict.fromkeys(who.tolist())]
-        chosen = _choose(animals, table.source, individual=individual, first=first)
-        mine &= who == chosen
-        if len(animals) > 1:
-            notes = notes | {"animals": f"{', '.join(animals)} ({chosen} taken)"}
     ends = {lower[axis]: axis for axis in "xyz" if axis in lower}
     ends |= {named["likelihood"]: "likelihood"} if "likelihood" in named else {}
     order = [*dict.fromkeys(landmark[mine].tolist())]
@@ -621,7 +647,6 @@ def _spread_long(table: Table, individual: str | None, first: bool) -> Table | N
         columns=(named["clock"], *columns),
         values=np.column_stack([clock, wide.reshape(clock.size, -1)]),
         line=table.line[mine][np.unique(row, return_index=True)[1]],
-        notes=notes,
         words={},
     )
 

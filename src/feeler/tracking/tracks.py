@@ -203,7 +203,8 @@ def load_tracks(
         Least likelihood (score, confidence) that counts as seen; 0 takes all. Default: that of the
         run that wrote the file, if it was feeler, else 0.6, DeepLabCut's and movement's default.
     individual
-        Which animal of a file with several, or which trial of an NWB file.
+        Which animal of a file with several, or which trial of an NWB file or of a table with a
+        column ``individual``, ``track``, ``animal``, ``id`` or ``trial``.
     plane
         Of places in space, needed there: ``xy``, ``xz`` or ``yz``, which count as seen with the
         second axis upwards, or ``space`` for all three, whose angles have no sign.
