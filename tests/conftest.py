@@ -30,17 +30,21 @@ WHOLE = tuple(f"paper/test_{name}.py" for name in ("whole", "print"))
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
 STUDIED = tuple(f"studio/test_{name}.py" for name in ("board", "decoder"))
 """Files that ask one trained decoder."""
+ENCODED = tuple(f"encoding/test_{name}.py" for name in ("states", "selection", "model"))
+"""Files that compile the encoder."""
+TORCH = ("decoding/test_cnn.py", "decoding/test_common.py", "learn/test_dataset.py")
+"""Files that load PyTorch, which takes three seconds."""
 FIRST = (
     *WHOLE,
     "physics/test_space.py",
     "physics/test_accuracy.py",
     "examples/test_examples.py",
     *STUDIED,
-    "encoding/test_states.py",
     "active/test_observer.py",
     "analysis/test_dispersion.py",
     "physics/test_parity_chain.py",
     "active/test_environment.py",
+    *ENCODED,
     "calibration/test_own.py",
     "physics/test_lanes.py",
     "tensors/test_store.py",
@@ -101,15 +105,15 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one worker, whatever ``--dist`` says, and so do WHOLE and STUDIED: what their
-    tests share is then made once.
+    """A file goes to one worker, whatever ``--dist`` says, and so do WHOLE, STUDIED, ENCODED and
+    TORCH: what their tests share is then made once.
     """
     from xdist.scheduler import LoadFileScheduling
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid):
             path = super()._split_scope(nodeid)
-            together = [group for group in (WHOLE, STUDIED) if path.endswith(group)]
+            together = [group for group in (WHOLE, STUDIED, ENCODED, TORCH) if path.endswith(group)]
             return together[0][0] if together else path
 
     config.option.loadscopereorder = False  # they are in order already
