@@ -113,7 +113,9 @@ def pytest_xdist_make_scheduler(config, log):
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid):
             path = super()._split_scope(nodeid)
-            together = [group for group in (WHOLE, STUDIED, ENCODED, TORCH) if path.endswith(group)]
+            together = [
+                group for group in (WHOLE, STUDIED, ENCODED, TORCH) if path.endswith(group)
+            ]
             return together[0][0] if together else path
 
     config.option.loadscopereorder = False  # they are in order already

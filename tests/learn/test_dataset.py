@@ -28,7 +28,13 @@ def collect(loader):
 
 @pytest.mark.parametrize(
     ("workers", "drop_last", "batch_size"),
-    [(0, False, 50), (0, False, 64), (0, True, 50), (0, True, 64), pytest.param(2, False, 64, marks=pytest.mark.long)],
+    [
+        (0, False, 50),
+        (0, False, 64),
+        (0, True, 50),
+        (0, True, 64),
+        pytest.param(2, False, 64, marks=pytest.mark.long),
+    ],
 )
 def test_batches_are_as_many_and_as_large_as_is_said(
     store, workers, drop_last, batch_size, torch
