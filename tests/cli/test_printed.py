@@ -55,7 +55,7 @@ SAID = [
         },
         {},
     ),
-    (
+    pytest.param(
         "follow --turn -20 --speed 0.9 --target 10 --friction 0.2",
         {
             r"after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)": [
@@ -63,6 +63,7 @@ SAID = [
             ]
         },
         {},
+        marks=pytest.mark.long,
     ),
     (
         f"robot fit {get_example('release')} --out o",
