@@ -256,7 +256,10 @@ def test_a_curve_that_begins_at_a_preload_or_before_contact_gives_the_same_stiff
     assert "not one from rest at 0" in " ".join(fit.describe())
 
 
-@pytest.mark.parametrize(("factor", "asked"), [(1 / 160, True), (1 / 20, False), (1e3, True)])
+@pytest.mark.parametrize(
+    ("factor", "asked"),
+    [(1 / 160, True), (1 / 20, False), pytest.param(1e3, True, marks=pytest.mark.long)],
+)
 def test_a_stiffness_of_another_unit_is_questioned(factor, asked):
     antenna = Antenna.from_beam(
         length=20.0, radius=0.2, modulus=1000.0, density=1e-3, n_segments=8, damping_time=1.0

@@ -140,6 +140,7 @@ def test_other_physics_is_refused(tmp_path, monkeypatch):
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), whole)
 
 
+@pytest.mark.long
 def test_other_packages_and_a_patch_release_resume(tmp_path, monkeypatch):
     whole = run(store=tmp_path / "a.zarr")
     forget(tmp_path / "a.zarr", 8, 15)
