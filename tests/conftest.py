@@ -44,14 +44,15 @@ FIRST = (
     "analysis/test_dispersion.py",
     "physics/test_parity_chain.py",
     "active/test_environment.py",
-    *ENCODED,
     "calibration/test_own.py",
     "physics/test_lanes.py",
     "tensors/test_store.py",
+    *ENCODED,
 )
-"""Files that begin first: of two workers one compiles the engine of the plane and the other the
-wall's and the encoder, or the engine in space, once, while neither needs what the other compiles;
-then what takes longest, so that no worker is left alone with one at the end.
+"""Files that begin first: of two workers one compiles the engine for one antenna and the other that
+for eight and part of the encoder, or the engine in space, once, while neither needs what the other
+compiles; then what takes longest, so that no worker is left alone with one at the end, and what
+needs the rest of the encoder.
 """
 JUDGED = (
     "feeler.cli.",
