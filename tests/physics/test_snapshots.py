@@ -147,7 +147,13 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize("what", OTHERS)
+@pytest.mark.parametrize(
+    "what",
+    [
+        pytest.param(name, marks=pytest.mark.long) if name == "planes" else name
+        for name in OTHERS
+    ],
+)
 def test_a_snapshot_of_something_else_is_refused_by_name(what):
     changes, words = OTHERS[what]
     other, own = make(**changes), make()
