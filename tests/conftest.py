@@ -32,7 +32,10 @@ STUDIED = tuple(f"studio/test_{name}.py" for name in ("board", "decoder"))
 """Files that ask one trained decoder."""
 ENCODED = tuple(f"encoding/test_{name}.py" for name in ("states", "selection", "model"))
 """Files that compile the encoder."""
-TORCH = ("decoding/test_cnn.py", "decoding/test_common.py", "learn/test_dataset.py")
+TORCH = (
+    *("decoding/test_cnn.py", "decoding/test_common.py"),
+    *("learn/test_dataset.py", "objects/test_one_noise.py"),
+)
 """Files that load PyTorch, which takes three seconds."""
 FIRST = (
     *WHOLE,

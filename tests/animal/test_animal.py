@@ -88,8 +88,8 @@ def test_a_part_at_fault_stops_no_other(example, tmp_path):
     assert (plan.parent / "out" / "antenna.toml").exists()
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("preset", ["cricket", "uniform"])
+@pytest.mark.further
+@pytest.mark.parametrize("preset", ["whisker", "cricket", "uniform"])
 def test_a_wall_is_as_feeler_wall_says_and_its_page_explains_it(tmp_path, preset):
     plan = tmp_path / "animal.toml"
     plan.write_text(f'schema = "feeler.animal/1"\nantenna = "{preset}"\n[wall]\nangle = 30.0\n')

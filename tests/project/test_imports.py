@@ -83,6 +83,7 @@ def run_python(*lines):
     ).stderr
 
 
+@pytest.mark.long
 def test_nothing_slow_is_loaded_before_it_is_used():
     assert not any(
         later[1] - earlier[1] for earlier, later in pairwise(BEFORE_USE)
