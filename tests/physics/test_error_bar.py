@@ -201,8 +201,7 @@ def test_touches_of_the_paper_take_less_than_half_as_many_steps_again(monkeypatc
     assert whole < sum(steps) < 1.45 * whole
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [1001, 1113])
+@pytest.mark.parametrize("seed", [1001, pytest.param(1113, marks=pytest.mark.long)])
 def test_an_accuracy_out_of_reach_gives_nothing_worse_than_the_default(seed):
     antenna, trial = draw(seed)
     with pytest.warns(AccuracyWarning, match="did not reach the accuracy") as warned:
