@@ -30,13 +30,19 @@ WHOLE = tuple(f"paper/test_{name}.py" for name in ("whole", "print"))
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
 STUDIED = tuple(f"studio/test_{name}.py" for name in ("board", "decoder"))
 """Files that ask one trained decoder."""
+ENCODED = tuple(f"encoding/test_{name}.py" for name in ("states", "selection", "model"))
+"""Files that compile the encoder."""
+TORCH = (
+    *("decoding/test_cnn.py", "decoding/test_common.py"),
+    *("learn/test_dataset.py", "objects/test_one_noise.py"),
+)
+"""Files that load PyTorch, which takes three seconds."""
 FIRST = (
     *WHOLE,
     "physics/test_space.py",
     "physics/test_accuracy.py",
     "examples/test_examples.py",
     *STUDIED,
-    "encoding/test_states.py",
     "active/test_observer.py",
     "analysis/test_dispersion.py",
     "physics/test_parity_chain.py",
@@ -44,10 +50,12 @@ FIRST = (
     "calibration/test_own.py",
     "physics/test_lanes.py",
     "tensors/test_store.py",
+    *ENCODED,
 )
-"""Files that begin first: of two workers one compiles the engine of the plane and the other the
-wall's and the encoder, or the engine in space, once, while neither needs what the other compiles;
-then what takes longest, so that no worker is left alone with one at the end.
+"""Files that begin first: of two workers one compiles the engine for one antenna and the other that
+for eight and part of the encoder, or the engine in space, once, while neither needs what the other
+compiles; then what takes longest, so that no worker is left alone with one at the end, and what
+needs the rest of the encoder.
 """
 JUDGED = (
     "feeler.cli.",
@@ -101,15 +109,17 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one worker, whatever ``--dist`` says, and so do WHOLE and STUDIED: what their
-    tests share is then made once.
+    """A file goes to one worker, whatever ``--dist`` says, and so do WHOLE, STUDIED, ENCODED and
+    TORCH: what their tests share is then made once.
     """
     from xdist.scheduler import LoadFileScheduling
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid):
             path = super()._split_scope(nodeid)
-            together = [group for group in (WHOLE, STUDIED) if path.endswith(group)]
+            together = [
+                group for group in (WHOLE, STUDIED, ENCODED, TORCH) if path.endswith(group)
+            ]
             return together[0][0] if together else path
 
     config.option.loadscopereorder = False  # they are in order already

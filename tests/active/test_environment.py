@@ -31,6 +31,7 @@ def make_action(n, speed, turn=0.0, outputs=2):
     return {"action": np.tile([speed, turn], (n, 1)), "prediction": np.zeros((n, outputs))}
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", NAMES)
 def test_gymnasium_finds_nothing_wrong(name):
     with warnings.catch_warnings():

@@ -74,6 +74,7 @@ def test_with_forces_alone_the_stiffness_is_fitted_and_the_rest_is_asked_for(exa
     assert "[walks]" in study.missing["kinematics"] and "release" in study.fit.held["damping"]
 
 
+@pytest.mark.long
 def test_a_part_at_fault_stops_no_other(example, tmp_path):
     plan = keep(
         example, tmp_path / "a", "microscope", "force", "releases", change=("p40", "p4O")
@@ -87,7 +88,8 @@ def test_a_part_at_fault_stops_no_other(example, tmp_path):
     assert (plan.parent / "out" / "antenna.toml").exists()
 
 
-@pytest.mark.parametrize("preset", ["cricket", "uniform"])
+@pytest.mark.further
+@pytest.mark.parametrize("preset", ["whisker", "cricket", "uniform"])
 def test_a_wall_is_as_feeler_wall_says_and_its_page_explains_it(tmp_path, preset):
     plan = tmp_path / "animal.toml"
     plan.write_text(f'schema = "feeler.animal/1"\nantenna = "{preset}"\n[wall]\nangle = 30.0\n')

@@ -187,7 +187,7 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
 
 def test_the_turn_of_a_wall_goes_the_way_that_its_help_says(monkeypatch):
     """Positive towards the body, which stands to the left of a wall that is run along."""
-    told = hear(monkeypatch, "feeler.wall.follow", "follow", "--turn", 20)
+    told = hear(monkeypatch, "feeler.wall.follow", "follow", "--turn", 20, "--oracle")
     before, after = np.diff(told[1].corners, axis=0)
     body = feeler.wall.Course(lengths=(50.0,), turns=()).measure(np.array([[-1.0, 20.0]]))
     assert body[0] == pytest.approx(1.0) and before[0] == 0.0

@@ -60,6 +60,7 @@ def test_a_line_that_is_written_anew_still_is(capsys):
     assert capsys.readouterr().out == "name\\x07\n" and not stream.isatty()
 
 
+@pytest.mark.long
 def test_no_command_hands_on_what_a_name_says_to_the_terminal(call, tmp_path):
     """In errors and in success."""
     name = "".join(NAMES[:-1])

@@ -149,6 +149,7 @@ def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
     assert load(tmp_path / "set.zarr").sizes["trial"] == len(find_finished(tmp_path)) < N_SLOW
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("workers", [[], ["--processes"]], ids=["threads", "processes"])
 def test_too_few_addresses_are_said_in_one_line(tmp_path, workers):
     """Compiled libraries would end Python itself."""

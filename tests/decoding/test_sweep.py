@@ -55,6 +55,7 @@ def test_copies_that_do_not_fit_into_memory_are_refused_before_they_are_drawn(mo
             compute_sweep(make_bumps(), list("abcdef"), estimator=estimator, noise=noise, **how)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("noise", ["relative", "relative:0.1,each=tensor", "mixed:0.1"])
 def test_copies_drawn_in_blocks_give_what_the_same_copies_give_drawn_whole(monkeypatch, noise):
     rng = np.random.default_rng(0)

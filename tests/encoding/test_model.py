@@ -207,6 +207,7 @@ def test_a_tracker_is_told_how_far_a_fit_is(touches):
     assert told == [(k, total) for k in range(1, total + 1)]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("n_jobs", [1, 3])
 def test_of_the_finished_restarts_nothing_changes_and_the_others_stop_early(touches, n_jobs):
     settings = {"max_iter": 12, "tol": 0.0, "n_restarts": 4, "random_state": 1, "warn": False}

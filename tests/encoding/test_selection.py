@@ -35,6 +35,7 @@ def make(**more):
     return ConvolutiveNMF(**how | more)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("how", [{"sparseness": 0.85}, {"sparseness": None, "max_iter": 300}])
 def test_what_a_mask_hides_has_no_influence_and_is_predicted(how):
     bases, _, tensors = make_sequences(20)
@@ -178,6 +179,7 @@ def test_the_choice_finds_the_sequences_at_any_sparseness(n_events, noise, n_com
     assert found.table.held_out[found.table.n_components == 2].min() > 0.1
 
 
+@pytest.mark.long
 def test_of_starts_that_fit_alike_the_typical_one_is_kept():
     """Here the start of the lowest residual splits one pattern and mixes the others (0.82)."""
     rng = np.random.default_rng(3)

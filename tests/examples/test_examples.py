@@ -7,8 +7,8 @@ import pytest
 from matplotlib.image import imread
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-# the others take five seconds and more each
-QUICK = ("touch_a_ball", "where_was_i_touched")
+# the others take seconds each
+QUICK = ("touch_a_ball",)
 
 LEAST = {
     "train_a_network": 0.5

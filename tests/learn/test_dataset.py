@@ -28,7 +28,13 @@ def collect(loader):
 
 @pytest.mark.parametrize(
     ("workers", "drop_last", "batch_size"),
-    [(0, False, 50), (0, False, 64), (0, True, 50), (0, True, 64), (2, False, 64)],
+    [
+        (0, False, 50),
+        (0, False, 64),
+        (0, True, 50),
+        (0, True, 64),
+        pytest.param(2, False, 64, marks=pytest.mark.long),
+    ],
 )
 def test_batches_are_as_many_and_as_large_as_is_said(
     store, workers, drop_last, batch_size, torch
@@ -47,6 +53,7 @@ def test_batches_are_as_many_and_as_large_as_is_said(
     np.testing.assert_allclose(targets, make_touches()["size"].values[trials], rtol=1e-6)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("drop_last", [False, True])
 def test_ranks_read_equally_many_batches_and_all_touches_between_them(store, drop_last):
     def read(rank, epoch=0):

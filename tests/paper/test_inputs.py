@@ -53,6 +53,7 @@ def test_lengths_and_speeds_are_used(tmp_path):
     assert judged["explore-speed"].verdict == OWN_WORDS and judged["sigmoid"].verdict != NEVER
 
 
+@pytest.mark.long
 def test_contacts_of_a_robot_like_its_model_are_classified(tmp_path):
     read = touch_robots(draw_robots(0.0, 1, 0), 1)[0]
     rows = []

@@ -187,6 +187,7 @@ def test_a_larger_signal_is_classified_better_in_absolute_noise_only(monkeypatch
     assert gradient.word == "holds under some conditions only"
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("size", [1.0, 1e-6])
 def test_equal_antennas_and_speeds_bear_out_nothing(monkeypatch, size):
     _, values = find_values(monkeypatch, dict.fromkeys(NAMES, size))

@@ -51,8 +51,10 @@ def measure_moment(shape: str, share: float, turn: float, **how: object) -> floa
 
 
 @pytest.mark.parametrize("shape", list(TIP))
-@pytest.mark.parametrize("share", [0.3, 0.5, 0.7, 0.9])
-@pytest.mark.parametrize("turn", [0.005, 0.02])
+@pytest.mark.parametrize(
+    "share", [0.5, 0.9, *(pytest.param(one, marks=pytest.mark.long) for one in (0.3, 0.7))]
+)
+@pytest.mark.parametrize("turn", [0.02, pytest.param(0.005, marks=pytest.mark.long)])
 def test_a_whisker_turned_against_a_peg_presses_as_a_beam(shape, share, turn):
     assert measure_moment(shape, share, turn) == pytest.approx(1.0, abs=0.01)
 

@@ -25,6 +25,7 @@ def turn(vector, heading):
     return np.array([c * vector[0] + s * vector[1], c * vector[1] - s * vector[0]])
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_one_antenna_on_a_body_is_a_simulation(engine):
     ball = BALL.replace(velocity=(0.2, 0.0))
@@ -96,7 +97,9 @@ def test_a_pushed_object_gives_the_antenna_the_momentum_it_loses():
     np.testing.assert_allclose(body.place[0], [-50.0, 1.0], atol=0.01)
 
 
-@pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
+@pytest.mark.parametrize(
+    "engine", ["chain-consistent", pytest.param("mujoco", marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize(("speed", "tolerance"), [(0.0, 1e-8), (0.05, 2e-4)])
 def test_objects_that_are_replaced_by_themselves_change_nothing(engine, speed, tolerance):
     """In the middle of a touch; the base's speed then counts for the softness of contact."""

@@ -191,7 +191,16 @@ def test_no_preset_is_sunk_into_at_the_defaults(name):
         assert sink < 0.5 and not warned
 
 
-@pytest.mark.parametrize("name", ["cockroach", "cricket", "stick-insect", "whisker", "own"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("cricket", "own"),
+        *(
+            pytest.param(name, marks=pytest.mark.long)
+            for name in ("cockroach", "stick-insect", "whisker")
+        ),
+    ],
+)
 @pytest.mark.parametrize(
     ("contact", "speed", "radius"),
     [

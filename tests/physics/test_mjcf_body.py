@@ -29,6 +29,7 @@ def attach_twice(path):
         return rover.compile()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("servo", "timestep"), [(False, 1e-3), (True, 1e-3), (True, 2e-3)])
 def test_two_on_a_rover_of_a_kilogram_weigh_what_they_weigh(tmp_path, servo, timestep):
     """Also with MuJoCo's default timestep, 2 ms."""
@@ -78,7 +79,13 @@ def test_a_release_from_the_file_is_feeler_s(tmp_path, units):
 WHISKER = make_antenna().replace(name="thick").unflatten()
 
 
-@pytest.mark.parametrize("antenna", [make_antenna(), WHISKER], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    "antenna",
+    [
+        pytest.param(make_antenna(), id="plane"),
+        pytest.param(WHISKER, id="space", marks=pytest.mark.long),
+    ],
+)
 def test_a_touch_is_feeler_s_and_other_options_are_said_to_differ(antenna):
     found = compare_body(antenna, list_trials()[0], "mm")
     assert found["peak"] > 0.01

@@ -37,6 +37,7 @@ def difference(scene: Scene, clock: Clock, run=run_like_mujoco) -> np.ndarray:
     return np.abs(ours.angle - theirs.angle).max(axis=1)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("profile", PROFILES)
 def test_free_motion_is_mujoco_to_rounding(profile):
     rng = np.random.default_rng(1)
@@ -286,6 +287,7 @@ def test_every_step_of_a_random_scene_is_mujoco(moving, timestep, n_steps, n_sce
     check()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", ["ball", "box"])
 def test_the_reference_engine_is_bare_mj_step(kind):
     """What the reference engine adds to MuJoCo's step, it adds outside of its numbers."""

@@ -17,6 +17,7 @@ from feeler.physics.simulation import build_scene
 from .scenes import make_stub, shake
 
 COPIES = {"pickle": lambda given: pickle.loads(pickle.dumps(given)), "deepcopy": copy.deepcopy}
+BOTH = ["pickle", pytest.param("deepcopy", marks=pytest.mark.long)]
 BALL = feeler.Object(feature=feeler.Ball(radius=1.0), place=(-1.5, 5.0), velocity=(0.3, 0.0))
 BOX = feeler.Object(
     feature=feeler.Box(half_width=0.8, half_height=0.5), place=(1.6, 3.0), forward=(-1.0, 0.0)
@@ -39,12 +40,10 @@ def read_all(simulation: feeler.Simulation) -> list:
     return [simulation.time, repr(simulation), *read(own), own.read_contacts(0).force.tobytes()]
 
 
-@pytest.mark.parametrize("copying", COPIES)
+@pytest.mark.parametrize("copying", BOTH)
 @pytest.mark.parametrize("ms", [0.0, 6.0])
-@pytest.mark.parametrize(
-    ("engine", "space"),
-    [(e, s) for e in ENGINES for s in (False, True)],
-)
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("space", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_a_copy_goes_on_to_the_last_bit_and_independently(engine, space, ms, copying):
     original = feeler.Simulation(make_antenna(space), BALL, engine=engine, gravity=(0.0, -1e-3))
     if ms:
@@ -89,7 +88,7 @@ def test_lanes_are_copied_with_what_each_has_become(copying):
     assert read(twin) == read(lanes)
 
 
-@pytest.mark.parametrize("copying", COPIES)
+@pytest.mark.parametrize("copying", BOTH)
 @pytest.mark.parametrize("plain", [False, True])
 @pytest.mark.parametrize("name", environment.TASKS)
 def test_an_environment_is_copied_in_the_middle_of_an_episode(name, plain, copying):
@@ -148,7 +147,13 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize("what", OTHERS)
+@pytest.mark.parametrize(
+    "what",
+    [
+        pytest.param(name, marks=pytest.mark.long) if name == "planes" else name
+        for name in OTHERS
+    ],
+)
 def test_a_snapshot_of_something_else_is_refused_by_name(what):
     changes, words = OTHERS[what]
     other, own = make(**changes), make()
@@ -206,10 +211,8 @@ def one_base_y(left, fresh: feeler.Simulation) -> float:
     return float(fresh.base[1])
 
 
-@pytest.mark.parametrize(
-    ("engine", "space"),
-    [(e, s) for e in ENGINES for s in (False, True)],
-)
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("space", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_a_base_that_leaves_a_path_goes_on_from_where_it_is(engine, space):
     """The path does not begin at the origin."""
     time = np.linspace(0.0, 20.0, 41)

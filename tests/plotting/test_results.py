@@ -64,13 +64,13 @@ def make_sweep_of_walls():
 @pytest.mark.parametrize(
     ("made", "axes", "lines"),
     [
+        (make_curve, 1, [("force in mN", [0.0, 1.0, 2.5])]),
         (make_sweep, 3, [("clean", [100.0, 90.0, 65.0])]),
         (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
-        (make_curve, 1, [("force in mN", [0.0, 1.0, 2.5])]),
         (make_small_film, 1, [("tip", ASIDE)]),
         (make_sweep_of_walls, 1, []),
     ],
-    ids=["sweep", "design", "force", "film", "wall"],
+    ids=["force", "sweep", "design", "film", "wall"],
 )
 def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
     result = made()

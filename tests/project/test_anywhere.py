@@ -130,11 +130,13 @@ def alone(tmp_path_factory):
     return run_alone([*(words for _, words in CALLS), *WORK], folder)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", WORK)
 def test_the_core_is_enough(alone, words):
     assert alone[words] == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("extra", "words"), CALLS)
 def test_what_needs_an_extra_names_it(alone, extra, words):
     assert f"pip install 'feeler[{extra}]'" in alone[words]

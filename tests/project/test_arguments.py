@@ -92,6 +92,7 @@ def list_wrong(thing):
             yield from ((key, right | {key: value}) for value in WRONG if not fits(key, value))
 
 
+@pytest.mark.long
 def test_what_does_not_fit_is_named_before_anything_runs():
     unsaid = []
     for name, thing in list_checked().items():

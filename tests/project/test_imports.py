@@ -7,6 +7,8 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
 import feeler
 
 SOURCE = Path(feeler.__file__).parent
@@ -47,6 +49,7 @@ def find_modules(path):
     return [name.split(".") for name in names]
 
 
+@pytest.mark.long
 def test_imports_run_downwards():
     upward = set()
     for path in FILES:
@@ -57,6 +60,7 @@ def test_imports_run_downwards():
     assert upward == set()
 
 
+@pytest.mark.long
 def test_no_module_but_the_command_reproduce_reaches_for_the_paper_or_a_study():
     users = {
         path.relative_to(SOURCE).as_posix()
@@ -79,6 +83,7 @@ def run_python(*lines):
     ).stderr
 
 
+@pytest.mark.long
 def test_nothing_slow_is_loaded_before_it_is_used():
     assert not any(
         later[1] - earlier[1] for earlier, later in pairwise(BEFORE_USE)

@@ -77,13 +77,16 @@ SOMETHING = {
 SMALL = 2e-4  # rad; so little that no observer is sure of anything
 
 
+STATEMENTS = load_statements()
+
+
 def list_due(*sections):
-    return [one for one in load_statements() if one.tests and one.section in sections]
+    return [one for one in STATEMENTS if one.tests and one.section in sections]
 
 
 def judge_all(values):
     results = Results.make(values)
-    return {one.id: judge(one, results, "nothing") for one in load_statements()}
+    return {one.id: judge(one, results, "nothing") for one in STATEMENTS}
 
 
 def check(found, statement):
@@ -236,6 +239,6 @@ def test_nothing_bears_out_nothing_on_walls_and_the_robot(set_up, statement):
 
 
 def test_every_statement_that_can_fail_is_asked_here():
-    sections = {one.section for one in load_statements() if one.tests}
+    sections = {one.section for one in STATEMENTS if one.tests}
     assert sections <= {*READ_TENSORS, *TOUCH, *SET_UP, *ELSEWHERE}
     assert N_SENSORS >= 8  # the robot's tensors are cut from these

@@ -53,8 +53,12 @@ NOT_APPLICABLE = {
 }
 """Cells that say nothing, and why."""
 
-LONG = "scene by mujoco/|scene in space|wish with a study/|release/|.*/classifier cnn"
-"""Cells that take seconds."""
+LONG = (
+    "scene by mujoco/|scene in space|wish with a study/|release/|.*/classifier cnn"
+    "|scene by chain/|record/(?!mirror).*/plot_touch|(film.*|record)/reload from nwb/"
+    "|scene/(append|kept|units of [tm]).*/plot_touch"
+)
+"""Cells that take seconds, and others of a picture or an engine whose like is run by default."""
 
 
 def list_cells():

@@ -77,6 +77,7 @@ def damage(line, rng):
     return (*ways, line + line[:k], noise)[how]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("between", ["$", ",", "; ", "\t", " "])
 @pytest.mark.parametrize("timed", [True, False])
 def test_two_thousand_broken_lines_cost_no_sound_one(between, timed):

@@ -62,6 +62,7 @@ def test_variants_keep_labels_and_differ():
         make_training(trials=touches, n_variants=1)
 
 
+@pytest.mark.long
 def test_one_own_touch_suffices_where_touches_repeat_exactly(training):
     repeatable = Gap(
         **{

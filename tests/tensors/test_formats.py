@@ -242,6 +242,7 @@ def test_hostile_zarr_metadata_are_refused_before_memory_is_taken(tmp_path, chan
         load(tmp_path / "x.zarr")
 
 
+@pytest.mark.long
 @pytest.mark.guarded
 def test_hostile_hdf5_is_refused(tmp_path):
     with h5netcdf.File(tmp_path / "huge.nc", "w") as file:

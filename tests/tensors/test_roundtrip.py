@@ -68,6 +68,7 @@ CHANGES = {
 NAMES = ["note", "units", "finished", "id", "start_time", "label", "é", "trial", "feature"]
 
 
+@pytest.mark.long
 @settings(
     max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

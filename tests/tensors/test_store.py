@@ -59,6 +59,7 @@ def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     xr.testing.assert_identical(read_store(path), make_set())
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("dask", [False, True])
 def test_xarray_writes_what_was_loaded_as_it_was_stored(path, tmp_path, dask):
     """Without a word about its texts, in the same chunks; a part of it, and as NetCDF, too."""
@@ -542,6 +543,7 @@ def make_old(path, n_finished):
         (path / "progress" / f"{group:06d}.json").write_text(json.dumps(record))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("n_finished", [3, 7])
 def test_a_store_of_an_earlier_version_is_read_converted_and_not_continued(path, n_finished):
     make_old(path, n_finished)

@@ -127,6 +127,7 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
 
 
+@pytest.mark.long
 def test_other_physics_is_refused(tmp_path, monkeypatch):
     whole = run(store=tmp_path / "a.zarr")
     forget(tmp_path / "a.zarr", 8, 15)
@@ -140,6 +141,7 @@ def test_other_physics_is_refused(tmp_path, monkeypatch):
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), whole)
 
 
+@pytest.mark.long
 def test_other_packages_and_a_patch_release_resume(tmp_path, monkeypatch):
     whole = run(store=tmp_path / "a.zarr")
     forget(tmp_path / "a.zarr", 8, 15)

@@ -360,6 +360,7 @@ def test_a_wall_is_where_the_chosen_plane_has_it(tmp_path):
     ]
 
 
+@pytest.mark.long
 def test_films_of_one_name_in_several_folders_stay_apart(tmp_path):
     """Each has its own rows, file and animal; a sheet that cannot say which is refused."""
     walks = []

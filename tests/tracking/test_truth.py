@@ -58,7 +58,7 @@ def speeds(position, frame_rate, frequency, **how):
     ("frequency", "frame_rate"),
     [
         (0.5, 30),
-        (0.5, 500),
+        pytest.param(0.5, 500, marks=pytest.mark.long),
         (2, 50),
         (2, 500),
         (8, 50),
@@ -188,7 +188,7 @@ def test_faults_of_the_track_change_the_speed_little_and_are_named(
 @pytest.mark.parametrize(
     ("frequency", "frame_rate", "turn"), [*FILMS, (3, 30, 2.0), (10, 100, 4)]
 )
-@pytest.mark.parametrize("offset", [-5.0, 8.0, 18.0])
+@pytest.mark.parametrize("offset", [-5.0, pytest.param(8.0, marks=pytest.mark.long), 18.0])
 def test_tips_that_cross_are_not_exchanged_and_tips_that_jump_are(
     frequency, frame_rate, turn, offset
 ):
