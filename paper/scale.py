@@ -32,8 +32,8 @@ class Scale(Record):
     kept : tuple[str, ...]
         Stages that this scale does not compute: shown from the kept run at paper scale.
     queue : tuple[str, ...]
-        Stages, longest first, so that no core waits at the end; but first tensors, for which most
-        others wait.
+        Stages, longest first, so that no core waits at the end; but tensors, for which most others
+        wait, early.
     controls : tuple[str, ...]
         Profiles beside the exponential one.
     fps : int
@@ -256,11 +256,11 @@ _PUBLISHED = _PAPER.replace(
         "unseen",
         "spikes",
     ),
-    # the wall needs no tensors, and compiles another engine: no core waits for the first ones
+    # the longest first; it makes the tensors while the wall, which needs none, is computed
     queue=(
-        "tensors",
-        "wall",
         "reading",
+        "wall",
+        "tensors",
         "encoding",
         "robot",
         "calibration",
