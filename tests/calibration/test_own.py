@@ -73,6 +73,23 @@ def test_a_trace_is_no_clock_and_times_come_before_frames(tmp_path):
         load_traces(tmp_path / "t.csv", frame_rate=500)
 
 
+@pytest.mark.parametrize("counted", ["Frame", "index", "No."])
+def test_numbers_of_rows_are_no_animal(counted, tmp_path):
+    plain = "time_ms,a1\n" + "".join(f"{2 * k},{20 / (k + 1):.3f}\n" for k in range(9))
+    (tmp_path / "plain.csv").write_text(plain)
+    head, *rows = plain.split()
+    lines = [f"{counted},{head}", *(f"{k},{row}" for k, row in enumerate(rows, 1))]
+    (tmp_path / "numbered.csv").write_text("\n".join(lines))
+    plain, numbered = (load_traces(tmp_path / f"{name}.csv") for name in ("plain", "numbered"))
+    assert numbered.names == plain.names == ("a1",)
+    np.testing.assert_array_equal(numbered.displacement, plain.displacement)
+    (tmp_path / "numbers.csv").write_text(
+        "\n".join(["time_ms,index", *map("{0},{0}".format, range(9))])
+    )
+    with pytest.raises(InvalidInput, match="no column of an animal beside its time"):
+        load_traces(tmp_path / "numbers.csv")
+
+
 def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
     made = make_synthetic_traces(
         make_small(),

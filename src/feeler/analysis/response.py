@@ -331,7 +331,7 @@ def measure_free_response(
     if abs(moved[0]) < 0.05 * np.abs(moved).max():
         raise InvalidInput(
             f"the trace starts at its rest position ({tip[0]:g}): no step is released. "
-            "Give release=<time of release> and rest."
+            "Cut it at the release, or say when that was (release=) and where rest is (rest=)."
         )
     share = moved / moved[0]
     times, heights = _opposite_turns(time, share, floor)

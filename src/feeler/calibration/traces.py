@@ -166,7 +166,13 @@ def load_traces(
         )
     time = _read_time(table, frame_rate)
     beside = (*find_times(table.columns), "frame", ROW)
-    names = tuple(name for name in table.columns if name not in beside)
+    names = tuple(
+        name
+        for name in table.columns
+        if name not in beside and not (np.diff(table.column(name)) == 1).all()  # numbers of rows
+    )
+    if not names:
+        raise InvalidInput(f"{table.source} has no column of an animal beside its time.")
     if channel := next((name for name in names if re.match(r"hinge\d", name)), None):
         raise InvalidInput(f"{table.source} has a channel {channel!r} of a robot.")
     moved = table.values[:, [table.columns.index(name) for name in names]]
