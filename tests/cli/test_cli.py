@@ -39,6 +39,7 @@ from ._command import run
         ),
         (("compare", "linear", "uniform", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
+        (("calibrate", "releases.csv"), "Options say what it is: --data, "),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
         (["design", "absent.toml"], "feeler: cannot read absent.toml: no such file"),
         (

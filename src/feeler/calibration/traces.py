@@ -169,7 +169,8 @@ def load_traces(
     names = tuple(
         name
         for name in table.columns
-        if name not in beside and not (np.diff(table.column(name)) == 1).all()  # numbers of rows
+        if name not in beside
+        and not (np.diff(table.column(name)) == 1).all()  # numbers of rows
     )
     if not names:
         raise InvalidInput(f"{table.source} has no column of an animal beside its time.")

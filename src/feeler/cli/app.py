@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from feeler.cli.options import Commands, add_verb, list_options, say_in_shell
+from feeler.cli.options import SHOWN_FIRST, Commands, add_verb, list_options, say_in_shell
 from feeler.errors import FeelerError, escape, lacks_memory, plain_output, say_warnings
 from feeler.files import FULL
 
@@ -119,6 +119,10 @@ def _run() -> None:
     except _WrongCall as error:  # Typer's own words about options
         error.show(said := io.StringIO())
         print(said.getvalue().replace("Error: ", "feeler: ", 1), end="", file=sys.stderr)
+        if error.ctx and "extra argument" in error.format_message():
+            first = SHOWN_FIRST.get(error.ctx.info_name, ())
+            known = [one.opts[0] for one in error.ctx.command.params if one.name in first]
+            print("Options say what it is:", ", ".join(known) or "see --help", file=sys.stderr)
         sys.exit(error.exit_code)
     except FeelerError as error:
         if lacks_memory(error.__cause__):  # there is none for the words of the shell

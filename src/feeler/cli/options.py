@@ -101,7 +101,7 @@ def describe_timesteps(antennas: Mapping[str, Any]) -> str:
 # words of the command line.
 
 _MANY_OPTIONS = 8  # options; a verb with fewer shows them in one list
-_SHOWN_FIRST = {
+SHOWN_FIRST = {
     "touch": ("feature", "size", "location", "speed", "antenna"),
     "spikes": ("feature", "location", "speed", "antenna", "out"),
     "tracks": ("frame_rate", "tips", "body", "individual", "out"),
@@ -180,7 +180,7 @@ class _Page(TyperCommand):
                 shown[param.param_type_name].append((param.name, row))
         options = dict(shown["option"])
         path = " ".join(ctx.command_path.split()[-2:])
-        first = _SHOWN_FIRST.get(path) or _SHOWN_FIRST.get(self.name or "")
+        first = SHOWN_FIRST.get(path) or SHOWN_FIRST.get(self.name or "")
         if len(options) <= _MANY_OPTIONS or not first:
             super().format_options(ctx, formatter)
             return
