@@ -117,9 +117,8 @@ def _check_coordinate(tensors: xr.Dataset, name: str, what: str) -> None:
 def _group(tensors: xr.Dataset, name: str) -> np.ndarray:
     """Numbers (trial,) of the groups that one coordinate makes; trials without a value are one."""
     values = tensors[name].values
-    if (
-        values.dtype.kind == "f"
-    ):  # to the digits of class labels, so that rounding parts no twins
+    if values.dtype.kind == "f":
+        # to the digits of class labels, so that rounding parts no twins
         values = np.array([float(f"{value:g}") for value in values])
     distinct, number = np.unique(values, return_inverse=True)
     if values.dtype.kind != "f" or distinct.size <= _CUTS:
