@@ -75,28 +75,25 @@ def to_jsonable(value: Any, *, loose: bool = False) -> Any:
     """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their
     ``to_plain`` says), infinities and NaN words. ``loose`` is as :func:`to_json` says.
     """
-    if isinstance(value, np.generic | np.ndarray) and not value.ndim:
-        return to_jsonable(value.item(), loose=loose)
-    if isinstance(value, np.ndarray | list | tuple):
-        items = value.tolist() if isinstance(value, np.ndarray) else value
-        return [
+    if hasattr(value, "to_plain"):
+        value = value.to_plain()
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    elif isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    named = isinstance(value, dict)
+    if named or isinstance(value, list | tuple):
+        items = [
             item
             if type(item) in _PLAIN or (type(item) is float and math.isfinite(item))
             else to_jsonable(item, loose=loose)
-            for item in items
+            for item in (value.values() if named else value)
         ]
+        return dict(zip(map(str, value), items, strict=True)) if named else items
     if isinstance(value, float):
         return value if math.isfinite(value) else None if loose else str(value)
     if value is None or isinstance(value, str | int | bool):
         return value
-    if isinstance(value, dict):
-        items = to_jsonable([*value.values()], loose=loose)
-        return dict(zip(map(str, value), items, strict=True))
-    if hasattr(value, "to_plain"):
-        return to_jsonable(value.to_plain(), loose=loose)
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
-        return to_jsonable(fields, loose=loose)
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if loose:

@@ -294,7 +294,10 @@ class Record:
 
     def to_plain(self) -> dict[str, Any]:
         """The fields as plain data, from which ``from_plain`` makes an equal record."""
-        return {f.name: _make_plain(getattr(self, f.name)) for f in dataclasses.fields(self)}
+        return {
+            f.name: one if type(one := getattr(self, f.name)) in _PLAIN else _make_plain(one)
+            for f in dataclasses.fields(self)
+        }
 
     def _repr_html_(self) -> str:
         rows = [(f.name, getattr(self, f.name)) for f in dataclasses.fields(self)]
@@ -355,11 +358,14 @@ def _make_hashable(value: object) -> object:
     return (value.shape, (value + 0).tobytes())  # −0 equals 0, so both must give one hash
 
 
+_PLAIN = {float, int, str, bool, type(None)}
+
+
 def _make_plain(value: Any) -> Any:
     if isinstance(value, Record):
         return value.to_plain()
     if isinstance(value, tuple | list):
-        return [_make_plain(item) for item in value]
+        return [item if type(item) in _PLAIN else _make_plain(item) for item in value]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 

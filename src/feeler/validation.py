@@ -256,7 +256,9 @@ class Rules:
     def __init__(self, name: str, hints: dict[str, Any], given: bool = False) -> None:
         self.hints, self._name = hints, name
         self._sign = ": " if given else "."
-        self._readers = {key: make_reader(hint, given) for key, hint in hints.items()}
+        self._readers = {
+            key: make_reader(hint, given) for key, hint in hints.items() if hint is not Any
+        }
 
     def read(self, given: dict[str, Any]) -> dict[str, Any]:
         """The values as their annotations say.
@@ -344,13 +346,15 @@ def _make_union_reader(options: tuple, given: bool) -> Callable[[Any], Any]:
     """
     if {*options} & {os.PathLike, Path}:  # a text beside them is a path, too
         options = tuple(one for one in options if one is not str)
-    readers = [(get_origin(one) or one, make_reader(one, given)) for one in options]
+    readers = [make_reader(one, given) for one in options]
+    kinds = [get_origin(one) or one for one in options]
     lone = sum(one is not types.NoneType for one in options) == 1
 
     def read(value: Any) -> Any:
         own = list if isinstance(value, np.ndarray) else type(value)
         errors: list[InvalidInput] = []
-        for _, option in sorted(readers, key=lambda pair: pair[0] is not own):
+        first = kinds.index(own) if own in kinds else 0
+        for option in (*readers[first:], *readers[:first]):
             try:
                 return option(value)
             except InvalidInput as error:

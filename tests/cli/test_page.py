@@ -74,7 +74,7 @@ def test_a_value_that_is_none_is_refused_with_what_was_got(words, said):
     assert said in CliRunner().invoke(door.app, words).output
 
 
-@pytest.mark.parametrize(("words", "verb"), list_verbs())
+@pytest.mark.parametrize(("words", "verb"), [*list_verbs()])
 def test_every_verb_has_a_help_that_shows_all_of_its_options(words, verb):
     said = CliRunner().invoke(door.app, [*words.split(), "--help"], catch_exceptions=False)
     shown = [p.opts[-1] for p in verb.params if p.opts[0].startswith("-") and not p.hidden]

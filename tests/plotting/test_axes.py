@@ -230,7 +230,7 @@ MEANINGS = {
 }
 
 
-@pytest.mark.parametrize(("one", "other"), combinations(MEANINGS, 2))
+@pytest.mark.parametrize(("one", "other"), [*combinations(MEANINGS, 2)])
 def test_no_colour_has_two_meanings(one, other):
     assert not {*map(to_hex, MEANINGS[one])} & {*map(to_hex, MEANINGS[other])}
 
