@@ -16,6 +16,7 @@ from feeler.analysis.dispersion import bootstrap_mean, compute_dispersion
 from feeler.decoding import compute_sweep, make_labels
 from feeler.decoding.classifiers import PrincipalComponents, fit_lda, make_lda
 from feeler.decoding.curves import configure, encode_with, make_null
+from feeler.execute.workers import ThreadExecutor
 from feeler.objects.noise import Common, Relative
 from feeler.report import Section
 from feeler.tensors import rectify
@@ -363,20 +364,19 @@ def _compute_lda(sentence: Sentence, context: Context, section: Section) -> Iter
             chosen = {"code": code, "constraint": constraint} | named
             if code in codes.real:
                 sets.append((chosen, codes.real[code], codes.null[code]))
+    pipelines: list[tuple[Any, ...]] = []
     for chosen, real, null in sets:
         for components in ("all clean", "group's clean", "noisy copies"):
             scalings = ("each vector", "each touch", "all touches")
             for scaling in scalings[chosen["code"] == "tensors" :]:
                 base = {"components": components, "scaling": scaling} | chosen
-                yield from _classify(
-                    context,
-                    base,
-                    real,
-                    null,
-                    main=all(sentence.main.get(key) == value for key, value in base.items()),
-                )
+                main = all(sentence.main.get(key) == value for key, value in base.items())
+                pipelines.append((base, real, null, None, main))
     if comparison == "profile":
-        yield from _classify_own(context)
+        pipelines += _list_own(context)
+    with ThreadExecutor() as pool:  # the last section of a run, when no other keeps a core busy
+        for found in pool.map(lambda one: [*_classify(context, *one)], pipelines):
+            yield from found
 
 
 def _classify(
@@ -485,8 +485,10 @@ def trace_main(context: Context, comparison: str) -> dict[str, np.ndarray]:
     }
 
 
-def _classify_own(context: Context) -> Iterator[Reading]:
-    """Slow touches of every profile, with components of all its touches at all speeds."""
+def _list_own(context: Context) -> Iterator[tuple[Any, ...]]:
+    """Of slow touches of every profile, with components of all its touches at all speeds, what
+    :func:`_classify` is given.
+    """
     for constraint in _CONSTRAINTS:
         sets = _encode_own(context, constraint)
         if len(sets) < len(CLAIMED):
@@ -507,7 +509,7 @@ def _classify_own(context: Context) -> Iterator[Reading]:
             def fitted(codes: Mapping[str, np.ndarray], name: str, pools=pools, null=null):
                 return pools[codes is null][name]
 
-            yield from _classify(context, chosen, firsts, null, fitted)
+            yield chosen, firsts, null, fitted
 
 
 def _compute_variance(
