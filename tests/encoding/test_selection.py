@@ -133,6 +133,18 @@ def test_the_penalty_is_seqnmf_s_and_is_lowered_with_the_loss():
     np.testing.assert_allclose(_cross(rows, 2.0)[:, 1], 2 * (rows[:, 0] + rows[:, 2]))
 
 
+def test_under_a_mask_the_loss_with_its_penalty_never_rises():
+    _, _, tensors = make_sequences(8, 0.1, n_times=70)
+    for seed, share in ((0, 0.1), (0, 0.3), (1, 0.5)):
+        mask = np.random.default_rng(seed).random(tensors.shape) < share
+        how = {"n_components": 4, "init": "windows", "max_iter": 60, "tol": 0.0}
+        fitted = make(cross_orthogonality=0.002, random_state=seed, **how).fit(
+            tensors, mask=mask
+        )
+        losses = fitted.loss_curve_
+        assert (np.diff(losses) <= 1e-9 * losses[0]).all()
+
+
 def test_the_penalty_makes_needless_bases_fade():
     bases, _, tensors = make_sequences(20, 0.05)
     free, bound = (

@@ -97,7 +97,17 @@ def test_a_film_that_is_too_slow_for_the_motion_says_so():
     with pytest.warns(ModelValidityWarning, match="may be off") as warned:
         speeds(film(20, 50), 50, 20)
     assert re.search(
-        r"20 Hz, which the film shows in 2\.5 frames a cycle", warned[0].message.details
+        r"20 Hz, which the track shows in 2\.5 frames a cycle", warned[0].message.details
+    )
+
+
+def test_speeds_of_a_film_that_lost_half_of_its_frames_are_doubted():
+    position = film(20, 200)
+    position[np.random.default_rng(0).random(len(position)) < 0.5, :2] = np.nan
+    with pytest.warns(ModelValidityWarning, match="may be off") as warned:
+        speeds(position, 200, 20)
+    assert re.search(
+        "frames of left_tip are bridged: .*up to 15 % off", warned[0].message.details
     )
 
 

@@ -497,8 +497,10 @@ def _slide(data: Data, state: _State, settings: Settings, run: Callable) -> _Sta
 
 
 def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _State:
-    """New activations, block by block, then new bases."""
-    data = data.fill(state.components, state.activations)
+    """New activations, block by block, then new bases. The penalty is of the entries that count:
+    one of what is filled in would change with it, and could rise.
+    """
+    known, data = data, data.fill(state.components, state.activations)
     activations, steps = state.activations.copy(), state.steps.copy()
     spectra = compute_spectra(state.components, data.length)
     kernel, fringe = compute_basis_gram(state.components)
@@ -509,7 +511,7 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
         seen, rows = data.see(spectra, block), activations[block]
         pull = np.zeros_like(seen)
         if settings.cross:
-            pull = _cross(_smooth(seen, settings.n_lags), settings.cross)
+            pull = _cross(_smooth(known.see(spectra, block), settings.n_lags), settings.cross)
         if settings.sparseness is None:
             multiply_activations(seen, kernel, fringe, pull, rows, settings.inner_steps)
             return
@@ -522,7 +524,7 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     gram = compute_activation_gram(activations, data.n_lags)
     pull = 0.0
     if settings.cross:
-        smooth = data.gather(_smooth(activations, settings.n_lags), run)
+        smooth = known.gather(_smooth(activations, settings.n_lags), run)
         pull = _cross(smooth[None], settings.cross)[0]
     components, shared, square = _improve_bases(state.components, seen, gram, settings, pull)
     loss = max(0.5 * data.energy - shared + 0.5 * square, 0.0)

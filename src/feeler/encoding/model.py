@@ -105,8 +105,8 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         Only with ``trial`` does the code of a tensor depend on the tensor alone.
     cross_orthogonality : float, default=0.0
         Weight λ of seqNMF's penalty λ Σ_{k≠m} Σ_t Σ_{|u|<T} A_k(t) H_m(t + u); A_k(t) is basis k
-        correlated with the tensors from t on. Bases then do not share events, and needless ones
-        fade. It has no unit; seqNMF's authors find 10⁻³ to 10⁻² useful.
+        correlated with the tensors from t on, of their entries that count. Bases then do not share
+        events, and needless ones fade. It has no unit; seqNMF's authors find 10⁻³ to 10⁻² useful.
     code : {"sparse", "ridge", "nonnegative"}, optional
         What ``transform`` computes on the fixed bases; see :func:`feeler.encoding.encode`. None:
         ``sparse`` with a sparseness, otherwise ``nonnegative``.

@@ -501,6 +501,9 @@ def _refine(three: np.ndarray) -> tuple[float, float]:
 # The speed of active touch: from tracked trials to the average maximum angular speed.
 
 _MAX_LOSS = 0.05  # [C] of the speed that a chosen low-pass may take away without a remark
+_MANY_BRIDGED = (
+    0.3  # [C] share of bridged frames, from which on speeds are off by more than 5 %
+)
 _MIN_FRAMES = 3.0  # [C] frames in a cycle, below which peak speeds come out too low
 _MANY = 0.06  # [C] share of stray places from which the rest is not trusted either
 _MAX_MISSING = 0.2  # [C] of an antenna's frames, beyond which no mean over trials is given
@@ -683,10 +686,10 @@ def _measure_trial(
     pair = []
     for tip, row in zip(names["tips"], angle, strict=True):
         side = find_sweeps(row, tracks.interval, **options)
+        remarks += _list_remarks(tip, side, options["cutoff"]) if tip else []
         side = replace(
             side, is_bridged=(side.is_bridged | is_bridged) & np.isfinite(side.angle)
         )
-        remarks += _list_remarks(tip, side, tracks, options["cutoff"]) if tip else []
         stray = sum(left_out.get(f"{tip} {words}", 0) for words in STRAY)
         if stray > _MANY * row.size:
             remarks.append(
@@ -697,8 +700,8 @@ def _measure_trial(
     return (pair[0], pair[1]), left_out, remarks
 
 
-def _list_remarks(tip: str, side: Sweeps, tracks: Tracks, cutoff: float | str) -> list[str]:
-    """What the low-pass and the frame rate do to the speeds of one antenna."""
+def _list_remarks(tip: str, side: Sweeps, cutoff: float | str) -> list[str]:
+    """What the low-pass, the frame rate and bridged gaps do to the speeds of one antenna."""
     remarks = []
     lost, at = side.lost
     if cutoff != "auto" and lost > _MAX_LOSS:
@@ -706,12 +709,18 @@ def _list_remarks(tip: str, side: Sweeps, tracks: Tracks, cutoff: float | str) -
             f"the low-pass of {side.cutoff * 1e3:.3g} Hz takes away {lost:.0%} of the speed of"
             f" {tip}, whose angle moves at {at * 1e3:.3g} Hz. Give cutoff='auto', or a higher one."
         )
-    frames = 1 / (side.frequency * tracks.interval) if side.frequency > 0 else np.inf
+    share = side.is_bridged.mean()
+    frames = (1 - share) / (side.frequency * side.interval) if side.frequency > 0 else np.inf
     if side.peak_speed.size and frames < _MIN_FRAMES:
         remarks.append(
-            f"{tip} moves at {side.frequency * 1e3:.3g} Hz, which the film shows in"
+            f"{tip} moves at {side.frequency * 1e3:.3g} Hz, which the track shows in"
             f" {frames:.2g} frames a cycle: its peak speeds come out too low. Film at"
             f" {4e3 * side.frequency:.0f} frames/s or more."
+        )
+    if share > _MANY_BRIDGED:
+        remarks.append(
+            f"{share:.0%} of the frames of {tip} are bridged: of so few that were seen, mean peak"
+            " speeds come out up to 15 % off, of fast motion too low. Track more frames."
         )
     return remarks
 
