@@ -113,6 +113,14 @@ def test_rows_that_differ_and_intervals_that_no_cell_has_are_told(tmp_path):
     events.to_csv(tmp_path / "events.csv", index=False)
     with pytest.warns(ModelValidityWarning, match="though they differ in event"):
         assert read_onsets(tmp_path / "events.csv").size == 3
+    numbers = pd.DataFrame({"time_ms": ONSETS, "state": [1, 0, 1], "trial": [0, 1, 2]})
+    numbers.to_csv(tmp_path / "numbers.csv", index=False)
+    with pytest.warns(ModelValidityWarning, match="though they differ in state") as warned:
+        assert read_onsets(tmp_path / "numbers.csv").size == 3
+    assert len(warned) == 1
+    owned = pd.DataFrame({"unit": [1, 2, 1, 2], "time_s": [0.1, 0.2, 0.3, 0.4]})
+    owned.assign(electrode=owned["unit"] + 4).to_csv(tmp_path / "owned.csv", index=False)
+    assert len(read_trains(tmp_path / "owned.csv")) == 2
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ _OWNERS = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
 _FASTEST = 2.0  # [C] spikes per ms of one unit in the median interval, above any nerve fibre's
 _MIXED = 0.02  # [C] share of a unit's intervals that may be as short
 _FEW = 20  # [C] intervals that may be equal by chance or design
+_KINDS = 12  # [C] whole numbers in a column that says of what kind its rows are
 _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
 
@@ -138,13 +139,20 @@ def _read_table(path: Path, unit: str | None, events: str) -> dict[str, np.ndarr
         )
     time = table.column(column) * TIME_UNITS[said or unit or ""]
     owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
-    for name, texts in table.words.items():
-        if name != owner and len(kinds := [*dict.fromkeys(texts.tolist())]) > 1:
-            text = f"all rows of {path.name} are taken, though they differ in {name}."
-            warnings.warn(ModelValidityWarning(text, ", ".join(kinds[:12])), stacklevel=4)
     labels = np.full(time.size, "1") if owner is None else table.words[owner]
     if all(map(is_numeral, labels.tolist())):  # 3.0, as pandas writes it, is 3
         labels = np.array([f"{float(label):.15g}" for label in labels.tolist()])
+    for name in [name for name in table.columns if name not in (owner, column)]:
+        rows = pd.Series(table.words.get(name, table.values[:, table.columns.index(name)]))
+        kinds = rows.unique()
+        if name not in table.words and (len(kinds) > _KINDS or (rows % 1 > 0).any()):
+            continue  # measured, or counted
+        if rows.groupby(labels).nunique(dropna=False).max() > 1 and len(kinds) < len(rows):
+            text = f"all rows of {path.name} are taken, though they differ in {name}."
+            shown = ", ".join(
+                f"{kind:g}" if name not in table.words else kind for kind in kinds[:12]
+            )
+            warnings.warn(ModelValidityWarning(text, shown), stacklevel=4)
     return {
         str(name): np.sort(time[(labels == name) & np.isfinite(time)])
         for name in dict.fromkeys(labels.tolist())
