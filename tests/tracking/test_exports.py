@@ -129,6 +129,40 @@ def test_a_long_table_with_a_landmark_twice_in_a_frame_is_refused(tmp_path):
         load_tracks(write(tmp_path / "t.csv", table), frame_rate=9)
 
 
+def test_units_and_clocks_of_a_long_table_are_those_of_its_headings(tmp_path):
+    rows = [
+        (n, n / 50.0, name, *PLACES[n, k], SURE[n, k])
+        for n in range(N)
+        for k, name in enumerate(NAMES)
+    ]
+    for heads in (
+        ("frame", "time_s", "bodypart", "x_mm", "y_mm", "Conf"),
+        ("row", "Time (s)", "Node", "X [mm]", "Y [mm]", "probability"),
+    ):
+        path = write(tmp_path / "t.csv", pd.DataFrame(rows, columns=heads))
+        found = load_tracks(path)
+        assert found.landmarks == NAMES and found.unit == "mm"
+        assert found.interval == pytest.approx(20.0)
+        np.testing.assert_allclose(found.position, PLACES * [1, -1])
+        np.testing.assert_allclose(found.likelihood, SURE)
+
+
+def test_percent_and_shares_of_the_picture_are_refused(tmp_path):
+    table = {"frame": np.arange(N)} | columns("{name}_{axis}")
+    sure = {f"{name}_Likelihood": 100 * SURE[:, k] for k, name in enumerate(NAMES)}
+    path = write(tmp_path / "t.csv", table | sure)
+    with pytest.raises(InvalidInput, match=r"go up to .*Divide them by 100"):
+        load_tracks(path, frame_rate=50)
+    assert load_tracks(path, frame_rate=50, min_likelihood=0).n_frames == N
+    shares = pd.DataFrame(table) / (1, *[2e3] * 4)
+    with pytest.raises(InvalidInput, match="between 0 and 1, as shares of a picture's width"):
+        load_tracks(write(tmp_path / "s.csv", shares), frame_rate=50)
+    metres = shares.rename(
+        columns=lambda name: name.replace("_x", "_x_m").replace("_y", "_y_m")
+    )
+    assert load_tracks(write(tmp_path / "m.csv", metres), frame_rate=50).unit == "mm"
+
+
 def test_the_middle_of_bonsai_s_rectangle_is_the_place(tmp_path):
     table = {
         f"Item1.RegionOfInterest.{one}": value

@@ -457,7 +457,8 @@ def _read_hdf5_file(
 
 # Columns of landmarks: NAME and axis, in the ways in which programs write them.
 
-_UNIT = r"(?:[\s_]*[(\[](?P<unit>[^)\]]*)[)\]])?"
+# (mm), or _mm at the end
+_UNIT = r"(?:(?:[\s_]*[(\[]|[\s_](?=(?:px|pixels?|[mcuµμ]?m)$))(?P<unit>[^)\]]*)[)\]]?)?"
 _PATTERNS = (
     re.compile(
         rf"(?P<name>.{{1,200}}?)[_. :/](?P<axis>[xyz]){_UNIT}", re.IGNORECASE
@@ -470,6 +471,7 @@ _PATTERNS = (
     re.compile(r"(?P<axis>[XY])_(?P<name>.{1,200})"),  # AnimalTA
     re.compile(rf"(?P<name>)(?P<axis>[xyz]){_UNIT}", re.IGNORECASE),  # one place alone
 )
+SURE = ("confidence", "conf", "likelihood", "score", "probability", "prob")
 _ALONE = "body"
 LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "µm": 1e-3, "μm": 1e-3}
 _PIXELS = ("", "px", "pixel", "pixels")
@@ -526,7 +528,8 @@ def _is_export(start: str) -> bool:
     if _FICTRAC[0] <= len(cells) <= _FICTRAC[1] and all(map(is_numeral, cells)):
         return True
     words = {cell.lower() for cell in re.split("[,;\t]", start.split("\n", 1)[0])}
-    long = {"x", "y"} <= words and bool(words & {*_LONG["landmark"]})
+    axes = {word[0] for word in words if _PATTERNS[-1].fullmatch(word)}
+    long = {"x", "y"} <= axes and bool(words & {*_LONG["landmark"]})
     return start.startswith("Format Version") or long
 
 
@@ -573,8 +576,7 @@ def _read_fictrac(text: str, source: str) -> Found | None:
 _LONG = {
     "landmark": ("keypoint", "keypoints", "bodypart", "bodyparts", "node", "landmark", "part"),
     "animal": ("individual", "individuals", "track", "animal", "id", "trial"),
-    "clock": ("frame", "frame_idx", "time", "time_s", "time_ms"),
-    "likelihood": ("confidence", "likelihood", "score"),
+    "likelihood": SURE,
 }
 
 
@@ -607,28 +609,30 @@ def _take_animal(table: Table, *, individual: str | None, first: bool) -> Table:
 
 
 def _spread_long(table: Table) -> Table | None:
-    """A long table of one animal as one with a row per frame and columns NAME_x, NAME_y,
-    NAME_likelihood; None where a table is no long one.
+    """A long table of one animal as one with a row per frame and columns such as NAME_x,
+    NAME_y, NAME_likelihood; None where a table is no long one.
 
     Raises
     ------
     InvalidInput
         A landmark twice in a frame.
     """
-    lower = {name.lower(): name for name in reversed(table.columns)}
     named = {
-        what: lower[word]
+        what: next((name for name in table.columns if name.lower() in words), "")
         for what, words in _LONG.items()
-        if (word := next((one for one in words if one in lower), None))
     }
-    if not {"landmark", "clock"} <= named.keys() or not {"x", "y"} <= lower.keys():
+    ends = [name for name in table.columns if _PATTERNS[-1].fullmatch(name)]
+    clocks = [name for name in table.columns if _FRAME.fullmatch(name)]
+    clocks += [name for name in find_times(table.columns) if name not in table.words]
+    if not (named["landmark"] and clocks and {"x", "y"} <= {name[0].lower() for name in ends}):
         return None
     landmark = table.words[named["landmark"]]
     mine = landmark != ""
-    ends = {lower[axis]: axis for axis in "xyz" if axis in lower}
-    ends |= {named["likelihood"]: "likelihood"} if "likelihood" in named else {}
+    ends += [named["likelihood"]] if named["likelihood"] else []
     order = [*dict.fromkeys(landmark[mine].tolist())]
-    clock, row = np.unique(table.column(named["clock"])[mine], return_inverse=True)
+    clock, first, row = np.unique(
+        table.column(clocks[0])[mine], return_index=True, return_inverse=True
+    )
     column = np.array([order.index(name) for name in landmark[mine].tolist()], dtype=int)
     _, begin, count = np.unique(
         row * len(order) + column, return_index=True, return_counts=True
@@ -636,17 +640,22 @@ def _spread_long(table: Table) -> Table | None:
     if (count > 1).any():
         k = begin[np.argmax(count > 1)]
         raise InvalidInput(
-            f"{table.source}: {order[column[k]]} is there twice at {named['clock']}"
+            f"{table.source}: {order[column[k]]} is there twice at {clocks[0]}"
             f" {clock[row[k]]:g}. Are these several animals? Give them a column individual."
         )
     wide = np.full((clock.size, len(order), len(ends)), np.nan)
     wide[row, column] = np.stack([table.column(name)[mine] for name in ends], axis=1)
-    columns = [f"{name}_{end}" for name in order for end in ends.values()]
+    columns = [f"{name}_{end}" for name in order for end in ends]
     return replace(
         table,
-        columns=(named["clock"], *columns),
-        values=np.column_stack([clock, wide.reshape(clock.size, -1)]),
-        line=table.line[mine][np.unique(row, return_index=True)[1]],
+        columns=(*clocks, *columns),
+        values=np.column_stack(
+            [
+                *(table.column(name)[mine][first] for name in clocks),
+                wide.reshape(clock.size, -1),
+            ]
+        ),
+        line=table.line[mine][first],
         words={},
     )
 

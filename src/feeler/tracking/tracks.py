@@ -26,6 +26,7 @@ from feeler.tracking.trackers import (
     OWN_UNIT,
     PLACEHOLDER,
     PLANES,
+    SURE,
     Found,
     _find_boxes,
     _find_landmarks,
@@ -42,6 +43,7 @@ from feeler.validation import checked
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
 _ORIGINS = ("top-left", "bottom-left")
+_CERTAIN = 2.0  # [C] likelihood: scores of SLEAP are a little above 1 at times
 MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
 _MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
 _SAME_RATE = 0.02  # [C] by which a frame rate may differ from the one that times say
@@ -399,6 +401,11 @@ def _doubt(found: Found, least: float) -> tuple[np.ndarray, dict[str, int]]:
     """
     if found.likelihood is None:
         return found.position, {}
+    if least and (most := np.fmax.reduce(found.likelihood, axis=None, initial=0.0)) > _CERTAIN:
+        raise InvalidInput(
+            f"likelihoods go up to {most:.4g}, where 1 is certain. Divide them by 100 if they are"
+            " percent; with min_likelihood=0 all places count as seen."
+        )
     unsure = (found.likelihood < least) & np.isfinite(found.position).all(axis=2)
     counts = dict(zip(found.names, unsure.sum(axis=0).tolist(), strict=True))
     return np.where(unsure[:, :, None], np.nan, found.position), {
@@ -480,11 +487,17 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
         )
     if stated:
         position, unit = position * LENGTHS[stated], "mm"
+    elif np.abs(position).max(initial=0.0, where=np.isfinite(position)) <= 1:
+        raise InvalidInput(
+            f"{table.source}: all places lie between 0 and 1, as shares of a picture's width and"
+            " height do, in which angles are wrong. Multiply x by its width and y by its height"
+            f" [px], or name the unit, {names[0]}_x (m)."
+        )
     sure = [
         [
             c
             for c in table.columns
-            if re.fullmatch(rf"{re.escape(n)}[_. :/](likelihood|score|confidence)", c)
+            if re.fullmatch(rf"{re.escape(n)}[_. :/](?i:{'|'.join(SURE)})", c)
         ]
         for n in names
     ]
