@@ -154,7 +154,7 @@ def test_percent_and_shares_of_the_picture_are_refused(tmp_path):
     with pytest.raises(InvalidInput, match=r"go up to .*Divide them by 100"):
         load_tracks(path, frame_rate=50)
     assert load_tracks(path, frame_rate=50, min_likelihood=0).n_frames == N
-    shares = pd.DataFrame(table) / (1, *[2e3] * 4)
+    shares = pd.DataFrame(table) / [1, *[2e3] * 4]
     with pytest.raises(InvalidInput, match="between 0 and 1, as shares of a picture's width"):
         load_tracks(write(tmp_path / "s.csv", shares), frame_rate=50)
     metres = shares.rename(
