@@ -83,6 +83,50 @@ def test_what_xarray_cut_turned_or_converted_is_not_read_by_the_old_description(
         load(tmp_path / "seconds.nc")
 
 
+def test_labels_that_xarray_put_in_another_order_or_changed_are_those_of_the_file(
+    tensors, tmp_path
+):
+    save(tensors, tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc") as opened:
+        own = opened.load()
+    own.isel(trial=[2, 0, 1]).to_netcdf(tmp_path / "turned.nc", engine="h5netcdf")
+    turned = load(tmp_path / "turned.nc")
+    assert turned["feature"].values.tolist() == ["box", "triangle", "ball"]
+    np.testing.assert_array_equal(turned["angle"].values, own["angle"].values[[2, 0, 1]])
+    own["feature"][:] = "peg"
+    own.to_netcdf(tmp_path / "renamed.nc", engine="h5netcdf")
+    assert set(load(tmp_path / "renamed.nc")["feature"].values) == {"peg"}
+    own["feature"] = ("trial", np.array([b"peg", b"ball", b"box"]))
+    own.to_netcdf(tmp_path / "bytes.nc", engine="h5netcdf")
+    assert load(tmp_path / "bytes.nc")["feature"].values.tolist() == ["peg", "ball", "box"]
+
+
+def test_numbers_packed_as_whole_ones_are_what_they_stand_for(tensors, tmp_path):
+    save(tensors, tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc") as opened:
+        own = opened.load()
+    how = {"angle": {"dtype": "int32", "scale_factor": 1e-8, "_FillValue": -(2**31)}}
+    own.to_netcdf(tmp_path / "packed.nc", engine="h5netcdf", encoding=how)
+    found = load(tmp_path / "packed.nc")["angle"]
+    np.testing.assert_allclose(found.values, own["angle"].values, atol=1e-8)
+    assert "scale_factor" not in found.attrs
+
+
+def test_labels_that_matlab_put_in_another_order_are_those_of_the_file(tensors, tmp_path):
+    from scipy.io import loadmat, savemat
+
+    save(tensors, tmp_path / "a.mat")
+    own = {k: v for k, v in loadmat(tmp_path / "a.mat").items() if not k.startswith("_")}
+    order = [2, 0, 1]
+    for name in [name for name in tensors.variables if "trial" in tensors[name].dims]:
+        row = own[name].shape[0] == 1
+        own[name] = own[name][:, order] if row else own[name][order]
+    savemat(tmp_path / "turned.mat", own, long_field_names=True)
+    turned = load(tmp_path / "turned.mat")
+    np.testing.assert_array_equal(turned["angle"].values, tensors["angle"].values[order])
+    assert turned["feature"].values.tolist() == tensors["feature"].values[order].tolist()
+
+
 def _decode(value):
     return value.decode() if isinstance(value, bytes) else value
 

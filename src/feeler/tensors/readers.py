@@ -26,6 +26,7 @@ _POSES = "Poses are read by feeler tracks, other series with pynwb."
 _NO_POSES = "It holds no poses (ndx-pose) either; read its series with pynwb."
 _Answer = tuple[dict[str, Any], dict[str, Any]]
 _TEXT = "OSTU"  # kinds of types
+_PACKED = ("scale_factor", "add_offset")  # CF: number = offset + scale * whole number
 
 
 def read_hdf5(path: str) -> _Answer:
@@ -43,17 +44,21 @@ def read_hdf5(path: str) -> _Answer:
     description = file.attrs.get(DESCRIPTION)
     arrays = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
     content = json.loads(description) if isinstance(description, str) else {}
-    if _describes(content, arrays):
-        return content, {
-            name: item for name, item in arrays.items() if item.dtype.kind in "biuf"
-        }
-    return _read_netcdf(file, arrays)
+    if not _describes(content, arrays):
+        return _read_netcdf(file, arrays)
+    for name, entry in content["variables"].items():
+        # another program may have changed their order or words
+        if "texts" in entry and h5py.check_string_dtype(arrays[name].dtype):
+            entry["texts"] = arrays[name].asstr(errors="replace")[...].ravel().tolist()
+    return content, {name: item for name, item in arrays.items() if item.dtype.kind in "biuf"}
 
 
 def _describes(content: dict[str, Any], arrays: dict[str, Any]) -> bool:
     """Whether a description is that of these arrays, and not of those that another program had
-    before it cut, turned or converted them.
+    before it cut, turned, packed or converted them.
     """
+    if any({*_PACKED} & {*item.attrs} for item in arrays.values()):
+        return False
     bare = b"This is a netCDF dimension but not a netCDF variable"
     own = {
         name: (item.shape, _plain(item.attrs.get("units", "")))
@@ -106,6 +111,12 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> _Answer:
         name: arrays[name].asstr(errors="replace")[...] if name in texts else arrays[name]
         for name in dims
     }
+    for name in texts:
+        if dims[name][-1:] and dims[name][-1].startswith("string"):  # a dim of characters
+            rows = values[name].reshape(-1, values[name].shape[-1])
+            whole = np.array(["".join(row) for row in rows.tolist()], dtype=object)
+            dims[name] = dims[name][:-1]
+            values[name] = whole.reshape(values[name].shape[:-1])
     return _gather(
         {name: (values[name], dims[name], data.variables[name].attrs) for name in dims},
         data.attrs,
@@ -222,6 +233,10 @@ def read_mat(path: str) -> _Answer:
         )
     values = loadmat(path, variable_names=names, chars_as_strings=True)
     content = json.loads(str(values.pop(DESCRIPTION)[0]))
+    for name, entry in content["variables"].items():
+        found = [text.rstrip() for text in np.ravel(values.get(name, [])).astype(str).tolist()]
+        if "texts" in entry and found != [text.rstrip() for text in entry["texts"]]:
+            entry["texts"] = found  # which MATLAB has put in another order or changed
     return content, {
         name: values[name]
         for name in names
@@ -302,10 +317,22 @@ def _plain(value: Any) -> Any:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
+def _unpack(values: Any, dims: Any, attributes: Any) -> tuple[Any, Any, Any]:
+    """The numbers that whole ones stand for; as they are where nothing is packed."""
+    about = dict(attributes)
+    scale, offset = (about.pop(name, None) for name in _PACKED)
+    if scale is None and offset is None:
+        return values, dims, attributes
+    whole = values[...]
+    found = whole * float(1 if scale is None else scale) + float(offset or 0)
+    return np.where(whole == about.get("_FillValue"), np.nan, found), dims, about
+
+
 def _gather(held: dict[str, tuple[Any, Any, Any]], attributes: Any) -> _Answer:
     """The whole JSON, and the numbers, of variables with their dims and attributes; a coordinate is
     what is called one, or has the name of its dim.
     """
+    held = {name: _unpack(*parts) for name, parts in held.items()}
     variables = {name: _describe(*parts) for name, parts in held.items()}
     owners = [attributes, *(own for *_, own in held.values())]
     named = {name for one in owners for name in str(one.get("coordinates", "")).split()}
