@@ -101,7 +101,9 @@ def _draw_overlay(
     """
     ax = figure.subplots()
     along, across = film.axes
-    scale = _find_scale(film, found)
+    length = float(np.linalg.norm(np.diff(found.posture[0], axis=0), axis=1).sum())
+    # film's units per mm: in px such that the resting antenna is as long as the simulated one
+    scale = 1.0 if film.unit == "mm" else film.reach / (length * film.place[-1])
     origin = film.origin + (film.rest[0] if film.place[0] == 0 else 0.0)
     begin = len(film.position) - found.time.size
     first = int(np.argmin(found.simulated[-1])) or found.time.size // 4
@@ -129,22 +131,15 @@ def _draw_overlay(
     )
 
 
-def _find_scale(film: Film, found: Prediction) -> float:
-    """Film's units per mm: 1 if the film is in mm, else such that the resting antenna is as long
-    as the simulated one.
-    """
-    if film.unit == "mm":
-        return 1.0
-    length = float(np.linalg.norm(np.diff(found.posture[0], axis=0), axis=1).sum())
-    return film.reach / (length * film.place[-1])
-
-
 def write_animal_page(study: Any, out: Path) -> list[str]:
     """animal.html, its pictures, animal.json, antenna.toml and antenna_in_space.toml; their names.
 
     The page opens with a film that was not used in the fit, and the simulated antenna over it.
     """
     ensure_folder(out)
+    spread = f"; animals differ by {study.spread:.1%} (standard deviation)"
+    if np.isnan(study.spread):
+        spread = ""
     section = Section(name="animal", title=study.plan.name, folder=out, vector=False)
     names = ["animal.html", "animal.json"]
     for k, found in enumerate(study.predictions):
@@ -160,7 +155,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         section.figure(
             f"prediction_{found.name}",
             f"Off by {found.error:.1%} of the held displacement, r.m.s. (the antenna before the fit"
-            f" {found.error_before:.1%}){_say_spread(study)}.",
+            f" {found.error_before:.1%}){spread}.",
             partial(draw_prediction, found),
         )
     if study.fit is not None:
@@ -217,12 +212,6 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         save_tensors(study.touch, out / "touch.nc")
         names.append("touch.nc")
     return names
-
-
-def _say_spread(study: Any) -> str:
-    if np.isnan(study.spread):
-        return ""
-    return f"; animals differ by {study.spread:.1%} (standard deviation)"
 
 
 def _read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:

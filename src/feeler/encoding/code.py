@@ -86,7 +86,10 @@ def encode(
     length = fourier_length(n_times, n_lags)
     basis_spectra = compute_spectra(components, length)
     kernel, fringe = compute_basis_gram(components)
-    ridged = _add_ridge(kernel, fringe, ridge)
+    # ridge·‖W‖² added where a basis meets itself at the same moment
+    own, centre, stiff = np.arange(n_components), n_lags + 2, kernel.copy()
+    stiff[own, own, centre] += ridge * kernel[own, own, centre].mean()
+    ridged = stiff, fringe
     l1 = (
         0.0
         if sparseness is None or code != "sparse"
@@ -170,16 +173,6 @@ def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np
     seen = np.empty((2, 1, basis_spectra.shape[1], spectra.shape[-1]))
     correlate_with_bases(*spectra, *basis_spectra, seen)
     return invert_spectra(seen, length, tensor.shape[-1])
-
-
-def _add_ridge(
-    kernel: np.ndarray, fringe: np.ndarray, ridge: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """The inner products with ridge·‖W‖² added where a basis meets itself at the same moment."""
-    kernel = kernel.copy()
-    own, centre = np.arange(len(kernel)), fringe.shape[2] + 3
-    kernel[own, own, centre] += ridge * kernel[own, own, centre].mean()
-    return kernel, fringe
 
 
 # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle

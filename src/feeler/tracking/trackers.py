@@ -225,7 +225,12 @@ def _read_tracker(
     words = (*_LONG["landmark"], *_LONG["animal"])
     heading = find_heading(enumerate(io.StringIO(text), 1), words)
     if heading is not None:
-        heading = replace(heading, names=_name_twice(heading.names))
+        names = heading.names
+        unlike = [  # as pandas does it: name, name.1, …
+            f"{name}.{n}" if name and (n := names[:k].count(name)) else name
+            for k, name in enumerate(names)
+        ]
+        heading = replace(heading, names=unlike)
     table = parse_table(text, source=source, words=words, heading=heading)
     if {"track", "frame_idx"} <= {*table.columns} and any(
         name.endswith(".x") for name in table.columns
@@ -533,15 +538,7 @@ def _is_export(start: str) -> bool:
     return start.startswith("Format Version") or long
 
 
-# Repeated names, and tables without a heading.
-
-
-def _name_twice(names: list[str]) -> list[str]:
-    """The same names, none of them twice, as pandas does it: name, name.1, …"""
-    return [
-        f"{name}.{n}" if name and (n := names[:k].count(name)) else name
-        for k, name in enumerate(names)
-    ]
+# Tables without a heading.
 
 
 _FICTRAC = (23, 26)  # numbers in a line of FicTrac's, whose names stand in its documentation

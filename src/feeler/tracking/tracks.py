@@ -294,11 +294,21 @@ def _is_dltdv(table: Table) -> bool:
 
 def _choose_rate(found: Found, given: float | None, name: str) -> tuple[float, dict[str, str]]:
     """Frames per second, and a note where the file claims another number than the given one."""
-    own = found.frame_rate
-    if given is None:
-        return _check_rate(found, name), {}
-    if own is None or abs(given - own) <= _SAME_RATE * abs(own):
+    own, advice = found.frame_rate, "give frame_rate=."
+    if given is not None and (own is None or abs(given - own) <= _SAME_RATE * abs(own)):
         return given, {}
+    if given is None and (clock := found.notes.get("clock")):
+        raise InvalidInput(
+            f"{name} has no even clock: {clock}. To count frames alone, {advice}"
+        )
+    if own is None:
+        raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
+    if given is None and not PLACEHOLDER < own <= _MAX_FRAME_RATE:
+        raise InvalidInput(
+            f"{name} claims {own:.4g} frames/s, which no film of a moving animal has; {advice}"
+        )
+    if given is None:
+        return own, {}
     if found.timed:
         raise InvalidInput(
             f"{name}: frame_rate={given:g} contradicts {found.timed}, by which there are"
@@ -361,23 +371,6 @@ def _leave_out_marks(found: Found) -> tuple[Found, dict[str, str]]:
     words = ", ".join(f"{name} {n}" for name, n in sorted(counts.items()))
     note = f"({', '.join([f'{value:g}'] * position.shape[2])})"
     return replace(found, position=position), {note: f"counts as not seen, frames: {words}"}
-
-
-def _check_rate(found: Found, name: str) -> float:
-    """The file's own frame rate, where it can be one."""
-    advice = "give frame_rate=."
-    if clock := found.notes.get("clock"):
-        raise InvalidInput(
-            f"{name} has no even clock: {clock}. To count frames alone, {advice}"
-        )
-    if found.frame_rate is None:
-        raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
-    if not PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
-        raise InvalidInput(
-            f"{name} claims {found.frame_rate:.4g} frames/s, which no film of a moving animal has;"
-            f" {advice}"
-        )
-    return found.frame_rate
 
 
 def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
@@ -612,6 +605,12 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
     whole = tracks.position if tracks.unfiltered is None else tracks.unfiltered
     flat = whole.shape[2] == 2
     frame = "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
+    words = "likelihood by the tracker; NaN where it gave none"
+    sure: list[dict[str, Any]] = [{} for _ in tracks.landmarks]
+    if tracks.likelihood is not None:
+        sure = [
+            {"confidence": row, "confidence_definition": words} for row in tracks.likelihood.T
+        ]
     series = [
         PoseEstimationSeries(
             name=title,
@@ -621,13 +620,13 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
             starting_time=begin,
             rate=float(np.round(1e3 / tracks.interval, 6)),
             **unit,
-            **sure,
+            **more,
         )
-        for name, title, place, sure in zip(
+        for name, title, place, more in zip(
             tracks.landmarks,
             name_series(tracks.landmarks),
             np.moveaxis(whole, 1, 0),
-            _list_confidence(tracks),
+            sure,
             strict=True,
         )
     ]
@@ -638,14 +637,6 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
         source_software=tracks.notes.get("software", "unknown"),
         skeleton=skeleton,
     )
-
-
-def _list_confidence(tracks: Tracks) -> list[dict[str, Any]]:
-    """What a series says of its landmark's likelihood."""
-    if tracks.likelihood is None:
-        return [{} for _ in tracks.landmarks]
-    words = "likelihood by the tracker; NaN where it gave none"
-    return [{"confidence": row, "confidence_definition": words} for row in tracks.likelihood.T]
 
 
 # What ``feeler info`` says of a tracker's file.
