@@ -339,10 +339,9 @@ def measure_free_response(
     if len(times) < 2:
         return _describe_overdamped(time, share, times, heights, settle)
     half = times[1] - times[0]
-    if (
-        half < _MIN_HALF * (time[1] - time[0])
-        or _count_crossings(time, share, times, floor) != 1
-    ):
+    between = share[(time >= times[0]) & (time <= times[1]) & (np.abs(share) > floor)]
+    signs = np.concatenate(([-1.0], np.sign(between), [1.0]))
+    if half < _MIN_HALF * (time[1] - time[0]) or np.sum(np.diff(signs) != 0) != 1:
         raise InvalidInput(
             f"between peak and trough there are not {_MIN_HALF} samples of {time[1] - time[0]:g}"
             " ms, or several swings: the frequency lies beyond the sampling rate, or the time is in"
@@ -378,15 +377,6 @@ def _opposite_turns(
     lobes = (np.flatnonzero(lobe == k) for k in (0, 1))
     best = [int(turns[np.argmax(np.abs(heights[turns]))]) for turns in lobes if turns.size]
     return times[best], heights[best]
-
-
-def _count_crossings(
-    time: np.ndarray, share: np.ndarray, times: np.ndarray, floor: float
-) -> int:
-    """Sign changes between peak and trough, leaving out what is below the floor."""
-    between = share[(time >= times[0]) & (time <= times[1]) & (np.abs(share) > floor)]
-    ends = np.concatenate(([-1.0], np.sign(between), [1.0]))
-    return int(np.sum(np.diff(ends) != 0))
 
 
 def _describe_overdamped(

@@ -113,7 +113,7 @@ def check_counts(tensors: Any, labels: Any, what: str = "labels") -> None:
     if len(labels) != count:
         raise InvalidInput(f"{count} tensors but {len(labels)} {what}; give one for each.")
     mine, theirs = (getattr(one, "indexes", {}).get("trial") for one in (tensors, labels))
-    rows = getattr(labels, "index", None)  # of a Series: the same trials in another order
+    rows: Any = getattr(labels, "index", None)  # of a Series: the same trials in another order
     if mine is not None and hasattr(rows, "equals") and {*rows} == {*mine}:
         theirs = rows
     if mine is not None and theirs is not None and not mine.equals(theirs):

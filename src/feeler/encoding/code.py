@@ -101,12 +101,12 @@ def encode(
         # each trial about 1, so that squares of very large or small ones stay numbers
         scales = [find_scale(tensor) for tensor in tensors[block]]
         rows = activations[block]
-        seen = np.concatenate(
-            [
-                _see_alone(tensor / scale, basis_spectra, length)
-                for tensor, scale in zip(tensors[block], scales, strict=True)
-            ]
-        )
+        seen = np.empty(rows.shape)
+        for one, tensor, scale in zip(seen, tensors[block], scales, strict=True):
+            spectra = compute_spectra(tensor[None] / scale, length)  # no neighbour rounds them
+            both = np.empty((2, 1, n_components, spectra.shape[-1]))
+            correlate_with_bases(*spectra, *basis_spectra, both)
+            one[:] = invert_spectra(both, length, n_times)[0]
         settled = encode_rows(seen, rows)
         rows *= np.reshape(scales, (-1, 1, 1))
         return settled
@@ -165,14 +165,6 @@ def encode_masked(
         return settled
 
     return activations, all([*run(encode_one, gaps), settled])
-
-
-def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np.ndarray:
-    """The bases correlated with one tensor (1, component, time), which no neighbour rounds."""
-    spectra = compute_spectra(tensor[None], length)
-    seen = np.empty((2, 1, basis_spectra.shape[1], spectra.shape[-1]))
-    correlate_with_bases(*spectra, *basis_spectra, seen)
-    return invert_spectra(seen, length, tensor.shape[-1])
 
 
 # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle

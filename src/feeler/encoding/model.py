@@ -343,7 +343,13 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         tensors, hidden = read_tensors(X, mask)
         check_tensors(tensors, self.components_)
         check_axes(X, getattr(self, "_axes", {}))
-        code = self._choose_code(code)
+        code = code or self.code or ("nonnegative" if self.sparseness is None else "sparse")
+        check_choice("code", code, FIXED_CODES)
+        if code == "sparse" and self.sparseness is None:
+            raise InvalidInput(
+                "The sparse code needs a sparseness; set one, or choose code='ridge' or"
+                " 'nonnegative'."
+            )
         with open_pool(_count_threads(self.n_jobs)) as run:
             activations, settled = encode_masked(
                 tensors,
@@ -569,16 +575,6 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
                 ConvergenceWarning,
                 stacklevel=3,
             )
-
-    def _choose_code(self, code: str | None) -> str:
-        code = code or self.code or ("nonnegative" if self.sparseness is None else "sparse")
-        check_choice("code", code, FIXED_CODES)
-        if code == "sparse" and self.sparseness is None:
-            raise InvalidInput(
-                "The sparse code needs a sparseness; set one, or choose code='ridge' or"
-                " 'nonnegative'."
-            )
-        return code
 
 
 class Flatten(TransformerMixin, BaseEstimator):

@@ -149,10 +149,9 @@ def _read_table(path: Path, unit: str | None, events: str) -> dict[str, np.ndarr
             continue  # measured, or counted
         if rows.groupby(labels).nunique(dropna=False).max() > 1 and len(kinds) < len(rows):
             text = f"all rows of {path.name} are taken, though they differ in {name}."
-            shown = ", ".join(
-                f"{kind:g}" if name not in table.words else kind for kind in kinds[:12]
+            warnings.warn(
+                ModelValidityWarning(text, ", ".join(map(str, kinds[:12]))), stacklevel=4
             )
-            warnings.warn(ModelValidityWarning(text, shown), stacklevel=4)
     return {
         str(name): np.sort(time[(labels == name) & np.isfinite(time)])
         for name in dict.fromkeys(labels.tolist())

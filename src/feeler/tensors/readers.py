@@ -57,15 +57,14 @@ def _describes(content: dict[str, Any], arrays: dict[str, Any]) -> bool:
     """Whether a description is that of these arrays, and not of those that another program had
     before it cut, turned, packed or converted them.
     """
-    if any({*_PACKED} & {*item.attrs} for item in arrays.values()):
-        return False
+    packed = any({*_PACKED} & {*item.attrs} for item in arrays.values())
     bare = b"This is a netCDF dimension but not a netCDF variable"
     own = {
         name: (item.shape, _plain(item.attrs.get("units", "")))
         for name, item in arrays.items()
         if not item.attrs.get("NAME", b"").startswith(bare)
     }
-    return own == {
+    return not packed and own == {
         name: (tuple(entry["shape"]), entry["attributes"].get("units", ""))
         for name, entry in content.get("variables", {}).items()
     }
@@ -113,10 +112,9 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> _Answer:
     }
     for name in texts:
         if dims[name][-1:] and dims[name][-1].startswith("string"):  # a dim of characters
-            rows = values[name].reshape(-1, values[name].shape[-1])
-            whole = np.array(["".join(row) for row in rows.tolist()], dtype=object)
-            dims[name] = dims[name][:-1]
-            values[name] = whole.reshape(values[name].shape[:-1])
+            rows = values[name].reshape(-1, values[name].shape[-1]).tolist()
+            whole = np.array(["".join(row) for row in rows], dtype=object)
+            dims[name], values[name] = dims[name][:-1], whole.reshape(values[name].shape[:-1])
     return _gather(
         {name: (values[name], dims[name], data.variables[name].attrs) for name in dims},
         data.attrs,
@@ -521,16 +519,12 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     clock = {}
     if "starting_time" in first:
         clock = {"frame_rate": float(first["starting_time"].attrs["rate"])}
-    return {**about, **clock, "flat": flat, "settings": _read_settings(file)}, arrays
-
-
-def _read_settings(file: Any) -> dict[str, Any]:
-    """What feeler measured the poses with, from its notes on data collection and analysis."""
-    try:
+    try:  # what feeler measured the poses with
         settings = json.loads(_decode(file["general/data_collection"][()]))["feeler tracks"]
     except (KeyError, ValueError, TypeError):
-        return {}
-    return settings if isinstance(settings, dict) else {}
+        settings = {}
+    settings = settings if isinstance(settings, dict) else {}
+    return {**about, **clock, "flat": flat, "settings": settings}, arrays
 
 
 def _order_landmarks(file: Any, films: Any, titles: list[str]) -> tuple[list[str], list[str]]:

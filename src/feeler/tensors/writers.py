@@ -145,8 +145,18 @@ def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str)
         coordinates: dict[str, Any] = {}
         for name, entry in content["variables"].items():
             values = _values(name, entry, arrays, source)
-            attributes = dict(entry.get("attributes") or {})
-            variable = xr.Variable(_read_dims(name, entry["dims"]), values, attributes)
+            attributes, dims = dict(entry.get("attributes") or {}), entry["dims"]
+            good = (
+                isinstance(dims, list | tuple)
+                and all(isinstance(dim, str) for dim in dims)
+                and len(set(dims)) == len(dims)
+            )
+            if not good:
+                raise InvalidInput(
+                    f"variable {name!r} has the dims {str(dims)[:80]}; dims are names, each given"
+                    " once."
+                )
+            variable = xr.Variable(tuple(dims), values, attributes)
             (coordinates if entry.get("coordinate") else variables)[name] = variable
         return xr.Dataset(
             variables, coords=coordinates, attrs=dict(content.get("attributes") or {})
@@ -157,19 +167,6 @@ def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str)
         raise InvalidInput(
             f"{source} is damaged: its description does not fit ({str(error)[:150]})."
         ) from error
-
-
-def _read_dims(name: str, dims: Any) -> tuple[str, ...]:
-    good = (
-        isinstance(dims, list | tuple)
-        and all(isinstance(dim, str) for dim in dims)
-        and len(set(dims)) == len(dims)
-    )
-    if not good:
-        raise InvalidInput(
-            f"variable {name!r} has the dims {str(dims)[:80]}; dims are names, each given once."
-        )
-    return tuple(dims)
 
 
 def _values(

@@ -237,7 +237,18 @@ def load_tracks(
     if min_likelihood is None:
         kept = found.settings.get("min_likelihood")
         min_likelihood = kept if isinstance(kept, float) and 0 <= kept <= 1 else MIN_LIKELIHOOD
-    position, doubted = _doubt(found, min_likelihood)
+    position, doubted, sure = found.position, {}, found.likelihood
+    if sure is not None:
+        if min_likelihood and (most := np.fmax.reduce(sure, axis=None, initial=0.0)) > _CERTAIN:
+            raise InvalidInput(
+                f"{name}: likelihoods go up to {most:.4g}, where 1 is certain. Divide them by 100"
+                " if they are percent; with min_likelihood=0 all places count as seen."
+            )
+        unsure = (sure < min_likelihood) & np.isfinite(position).all(axis=2)
+        doubted = {
+            k: n for k, n in zip(found.names, unsure.sum(axis=0).tolist(), strict=True) if n
+        }
+        position = np.where(unsure[:, :, None], np.nan, position)
     turn = np.ones(position.shape[2])
     if origin == "top-left" and plane is None:
         turn[1] = -1.0
@@ -386,24 +397,6 @@ def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
     return replace(
         found, names=tuple(landmarks), position=found.position[:, index], likelihood=likelihood
     )
-
-
-def _doubt(found: Found, least: float) -> tuple[np.ndarray, dict[str, int]]:
-    """Positions with NaN where the tracker was unsure, and how many frames that were of each
-    landmark.
-    """
-    if found.likelihood is None:
-        return found.position, {}
-    if least and (most := np.fmax.reduce(found.likelihood, axis=None, initial=0.0)) > _CERTAIN:
-        raise InvalidInput(
-            f"likelihoods go up to {most:.4g}, where 1 is certain. Divide them by 100 if they are"
-            " percent; with min_likelihood=0 all places count as seen."
-        )
-    unsure = (found.likelihood < least) & np.isfinite(found.position).all(axis=2)
-    counts = dict(zip(found.names, unsure.sum(axis=0).tolist(), strict=True))
-    return np.where(unsure[:, :, None], np.nan, found.position), {
-        name: n for name, n in counts.items() if n
-    }
 
 
 def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) -> Found:
@@ -676,20 +669,7 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     if len(found.individuals) > 1:
         animals, first = _list(found.individuals), found.individuals[0]
         lines.append(f"animals     {animals} (--individual chooses); said of {first}:")
-    lines += _describe_spans(found)
-    lines += [f"{name:12}{text}" for name, text in found.notes.items()]
-    return [*lines, f"next        {_suggest(path, found)}"]
-
-
-def _list(names: tuple[str, ...]) -> str:
-    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
-    return ", ".join(names[:_MAX_NAMES]) + more
-
-
-def _describe_spans(found: Found) -> list[str]:
-    """Where the landmarks are, by axis, and how many of them were not seen or are doubted."""
     seen = np.isfinite(found.position).any(axis=2)
-    lines = []
     for axis, values in zip("xyz", np.moveaxis(found.position, 2, 0), strict=False):
         if np.isfinite(values).any():
             low, high = np.nanmin(values), np.nanmax(values)
@@ -698,7 +678,13 @@ def _describe_spans(found: Found) -> list[str]:
     if found.likelihood is not None and seen.any():
         share = np.mean(found.likelihood[seen] < MIN_LIKELIHOOD)
         lines.append(f"doubted     {share:.1%} of them (likelihood below {MIN_LIKELIHOOD:g})")
-    return lines
+    lines += [f"{name:12}{text}" for name, text in found.notes.items()]
+    return [*lines, f"next        {_suggest(path, found)}"]
+
+
+def _list(names: tuple[str, ...]) -> str:
+    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
+    return ", ".join(names[:_MAX_NAMES]) + more
 
 
 def _suggest(path: Path, found: Found) -> str:
