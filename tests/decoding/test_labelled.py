@@ -1,6 +1,7 @@
 """Decoders answer labelled tensors with labelled arrays that hold the same numbers."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -196,6 +197,8 @@ def test_other_sensors_clocks_and_masked_touches_are_not_answered_in_silence(tou
             for ask in (decoder.fit, decoder.score):
                 with pytest.raises(InvalidInput, match="labels are of other trials than the"):
                     ask(with_numbers, wrong)
+            with pytest.raises(InvalidInput, match="in another order"):
+                decoder.fit(with_numbers, pd.Series(labels)[::-1])
             with pytest.raises(InvalidInput, match="labels are of other trials than the"):
                 compute_sweep(with_numbers, wrong, ratios=(0.1,), n_repeats=1, n_copies=2)
     lately = named.assign_coords(time=named.time * 2)

@@ -398,7 +398,7 @@ class Classifier(ClassifierMixin, BaseEstimator):
         """Remember what is taught, for deadlines that may be asked for later; labels that no
         classifier learns from are refused.
         """
-        if isinstance(y, Sequence | np.ndarray | xr.DataArray) and np.ndim(X) == 3:
+        if (isinstance(y, Sequence | np.ndarray) or hasattr(y, "values")) and np.ndim(X) == 3:
             check_labels(X, y)
         refuse_masked(X)
         self._axes = read_axes(X, aligned=True)

@@ -61,7 +61,9 @@ def encode(
         the fixed start and number of steps make it one answer.
         ``sparse`` is the least ½‖V − V̂‖² among activations of which every row has exactly this
         sparseness, or is zero, by projected gradient from the projected, nearly solved ridge code.
-        It is not convex: the fixed start makes it one answer, which need not be the best.
+        It is not convex: the fixed start makes it one answer, which need not be the best. Where
+        bases are smooth, rounding of the tensors (float32, degrees for rad) alone can move its
+        entries, by up to a tenth of the greatest.
     sparseness : float or None, default=0.8
         Hoyer sparseness of the sparse code, in [0, 1).
     ridge : float, default=0.1

@@ -233,8 +233,10 @@ def read_mat(path: str) -> _Answer:
     content = json.loads(str(values.pop(DESCRIPTION)[0]))
     for name, entry in content["variables"].items():
         found = [text.rstrip() for text in np.ravel(values.get(name, [])).astype(str).tolist()]
-        if "texts" in entry and found != [text.rstrip() for text in entry["texts"]]:
-            entry["texts"] = found  # which MATLAB has put in another order or changed
+        if len(known := entry.get("texts", [])) == len(found) and found != [
+            text.rstrip() for text in known
+        ]:
+            entry["texts"] = found  # MATLAB has put them in another order, or changed them
     return content, {
         name: values[name]
         for name in names
