@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.antenna import compute_modes
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.robot import (
     Recording,
     compare_tips,
@@ -105,6 +105,36 @@ def test_tips_of_a_release_and_of_the_antenna_that_made_it_are_one():
     assert (
         np.abs(recorded - model).max() < 0.02 * 15.0
     )  # but for what still rings where rest is taken
+
+
+@pytest.mark.parametrize("sensed", [tuple(range(1, 9)), (1, 2, 4, 7)])
+def test_a_hinge_of_the_opposite_sign_and_hinges_in_reversed_order_are_refused(sensed):
+    truth = make_robot(stiffness_factor=0.8, damping_factor=5.0)
+    motion = simulate_release(truth, make_posture(truth), 1500)
+    values = motion + np.random.default_rng(0).normal(0, 0.002, motion.shape)
+    theory = make_robot(stiffness_factor=1.0, damping_factor=1.0).replace(
+        sensors=np.array(sensed)
+    )
+
+    def fit(channels):
+        time = np.arange(values.shape[1], dtype=float)
+        return fit_factors(Recording(time=time, values=channels), theory=theory)
+
+    right = values[np.array(sensed) - 1]
+    both = fit(right), fit(-right)  # all with the opposite sign: the mirror image
+    assert [one.damping_factor for one in both] == pytest.approx([5.0, 5.0], rel=0.03)
+    for hinge in sensed[:3]:
+        sign = np.where(np.array(sensed) == hinge, -1.0, 1.0)[:, None]
+        with pytest.raises(InvalidInput, match=f"^hinge {hinge} bends against the others"):
+            fit(sign * right)
+    with pytest.raises(InvalidInput, match="in reversed order"):
+        fit(right[::-1])
+
+
+def test_noise_alone_is_said_to_be_no_ringing():
+    noise = np.random.default_rng(2).normal(0, 0.02, (8, 1500))
+    with pytest.warns(ModelValidityWarning, match="explains less than half"):
+        fit_factors(Recording(time=np.arange(1500.0), values=noise))
 
 
 @pytest.mark.parametrize(

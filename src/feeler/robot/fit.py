@@ -1,5 +1,6 @@
 """Fit of the robot's factors p1 and p2 to the ringing after a release (Methods)."""
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -8,7 +9,7 @@ from scipy.signal import find_peaks
 
 from feeler.analysis.response import DampedCosine, check_trace, fit_damped_cosine
 from feeler.antenna import Antenna, compute_modes
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.records import Gt, Shown
 from feeler.robot.description import INTERVAL, Flexures, compute_tip, make_robot
@@ -18,6 +19,8 @@ from feeler.validation import checked
 _MAX_UPDATES = 12
 _CLOSE = 1e-5  # relative distance at which the updates stop
 _MIN_CYCLES = 2.0
+_CLEAR = 0.5  # [C] share of a motion's variance that a damped cosine must explain
+_REVERSED = 0.1  # [C] by which amplitudes must be liker the mode in reversed order (as cosines)
 _MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
 
 
@@ -149,8 +152,9 @@ def fit_factors(
     Raises
     ------
     InvalidInput
-        Capacitance instead of angles, the wrong number of hinges, or a recording that does not
-        ring.
+        Capacitance instead of angles, the wrong number of hinges, a recording that does not ring,
+        or hinges that do not bend as those of the model do: one with the opposite sign, or all in
+        reversed order.
     """
     if theory is None:
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
@@ -159,6 +163,13 @@ def fit_factors(
     target = _measure_ringing(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
+    _check_hinges(recording, theory, target)
+    if target.r_squared < _CLEAR:
+        text = (
+            "a damped cosine explains less than half of how the tip moves after the release: p1 and"
+            " p2 may be those of noise or drift."
+        )
+        warnings.warn(ModelValidityWarning(text, f"{target.r_squared:.0%}."), stacklevel=3)
     release = _find_release(recording)
     # Closed form: with k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω
     # grows with √p1.
@@ -245,6 +256,35 @@ def _fill_hinges(recording: Recording, theory: Antenna) -> Recording:
     return recording.replace(
         values=share[:, None] * (np.transpose(join) @ felt), velocity=None, effort=None
     )
+
+
+def _check_hinges(recording: Recording, theory: Antenna, tip: DampedCosine) -> None:
+    """Refuse hinges that ring with the opposite sign, or in reversed order, beside the model's
+    first mode; those whose motion is mostly something else are not judged.
+    """
+    sensed = theory.sensors - 1
+    omega = 2 * np.pi * tip.frequency
+    decay = omega * tip.damping_ratio / np.sqrt(1 - tip.damping_ratio**2)
+    after, values = recording.time - recording.time[0], recording.values[sensed].T
+    ring = np.exp((1j * omega - decay) * after)
+    basis = np.stack([ring.real, ring.imag, np.ones(after.size)], axis=1)
+    found = np.linalg.lstsq(basis, values, rcond=None)[0]
+    clear = (values - basis @ found).var(axis=0) < (1 - _CLEAR) * values.var(axis=0)
+    mode = compute_modes(theory, 1).angle[0, sensed]
+    mode = mode / np.linalg.norm(mode)
+    share = (found[0] + 1j * found[1]) * clear * np.sign(mode)
+    turned = (share * np.conj(share @ np.abs(mode))).real < 0
+    if turned.any():
+        raise InvalidInput(
+            f"hinge {', '.join(map(str, sensed[turned] + 1))} bends against the others: is the sign"
+            " of its angles turned round? Mend it in the recording, or in the sensors' calibration."
+        )
+    size = np.abs(share)
+    if np.dot(size[::-1] - size, np.abs(mode)) > _REVERSED * np.linalg.norm(size):
+        raise InvalidInput(
+            "the hinges bend as the model's do in reversed order: are the channels written from tip"
+            " to base? They go from base to tip."
+        )
 
 
 def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
