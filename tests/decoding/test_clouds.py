@@ -6,7 +6,7 @@ from scripts import load_script
 
 from feeler.decoding.observers import StudentTClassifier, _NoveltyDetector
 from feeler.decoding.streams import OnlineNoveltyDetector, StreamDecoder
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 
 reliability = load_script("benchmarks", "reliability")
 
@@ -165,9 +165,8 @@ def test_strangers_are_called_so_before_they_are_over(decoder):
     for touch in draw_watch(10, 4, wrong=True)[0]:
         states = decoder.replay(touch)
         first = next(state.since_contact for state in states if state.strange)
-        assert first < 120 and not any(
-            state.strange for state in states if state.since_contact < 49
-        )
+        early = [state.strange for state in states if state.since_contact < 49]
+        assert first < 120 and (not any(early) or np.abs(touch).max() > decoder.reach_)
 
 
 def test_before_the_first_moment_and_without_a_watch_nothing_is_said(decoder):
@@ -176,6 +175,23 @@ def test_before_the_first_moment_and_without_a_watch_nothing_is_said(decoder):
         assert np.isnan(state.strangeness) == (state.since_contact < 49)
     plain = StreamDecoder(window=WINDOW).fit(touches, labels)
     assert np.isnan([state.strangeness for state in plain.replay(touches[0])]).all()
+
+
+@pytest.mark.parametrize("watched", [True, False])
+def test_degrees_taken_for_radians_are_like_no_touch_that_was_learned(decoder, watched):
+    touches, labels, _ = draw_watch(3, 5)
+    used = decoder if watched else StreamDecoder(window=WINDOW).fit(touches, labels)
+    with pytest.warns(ModelValidityWarning, match="are they in rad") as said:
+        states = used.replay(np.rad2deg(touches[0]))
+    assert len(said) == 1
+    assert states[-1].strange and states[-1].state != "decided"
+    assert not any(state.strange for state in used.replay(touches[0]))
+    stream = used.start()
+    with pytest.warns(ModelValidityWarning):
+        for sample in np.rad2deg(touches[0]).T:
+            stream.update(sample)
+    stream.reset()  # the next touch is judged by itself
+    assert not any(stream.update(sample).strange for sample in touches[0].T)
 
 
 def test_missing_samples_are_bridged_and_a_dead_channel_is_left_out(decoder):

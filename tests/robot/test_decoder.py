@@ -239,6 +239,9 @@ int main(void) {
             rows[at] = "nan " + rows[at].partition(" ")[2]
             done = subprocess.run([tmp_path / "b"], input="\n".join(rows), **how)
             assert done.stdout.split()[:2] == [str(expected), "1"]
+        degrees = "\n".join(" ".join(f"{x:.9g}" for x in row) for row in np.rad2deg(values).T)
+        done = subprocess.run([tmp_path / "b"], input=degrees, **how)
+        assert done.stdout.split()[:2] == ["-2", "1"]
         right += names[which] == json.dumps("{} {:g} {:g}".format(*label))
     assert right >= 3 and re.search(rf"FEELER_CLASSES {len(names)}\b", header)
 

@@ -1,6 +1,7 @@
 """Touches as they happen: onset, posterior after each sample, novelty."""
 
 import os
+import warnings
 from collections import deque
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from feeler.decoding.classifiers import (
 )
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning
 from feeler.sandbox import find_limits
 from feeler.tensors.formats import Model, load_model, save_model
 from feeler.tensors.transforms import check_squares
@@ -27,6 +28,7 @@ from feeler.tensors.transforms import check_squares
 # One touch as it happens: a sample in, what is known so far out.
 
 _MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
+_BEYOND = 3.0  # [C] times the largest angle that was learned: no such touch
 _SURPLUS = 50  # samples too many before a faster sender is refused
 _RECENT = 101  # [C] intervals between samples whose median is what a sender usually leaves
 _SLOW = 1.25  # [C] usual interval over the trained one, from which on the sender is slower
@@ -81,7 +83,9 @@ class StreamState:
         (class,).
     strangeness : float
         At the last moment that was asked about, > 1: so far unlike any touch that was learned; NaN
-        before that, and where the decoder learned no ``watch``.
+        before that, and where the decoder learned no ``watch``. From an angle on of more than three
+        times the largest that was learned it is at least that angle over this limit, and the state
+        is no longer ``decided``.
     mirrored : bool
         Whether the tip first went to the negative side, so that the answer is to the mirror image.
     """
@@ -131,6 +135,7 @@ class Stream:
         )  # latest sample, its gaps as they were last
         self._tip = np.full(self.decoder.window, np.nan)
         self._felt: list[int] = []
+        self._most = 0.0
         self.strangeness, self._watched = float("nan"), False
         self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
         self.first_time: float | None = None
@@ -211,6 +216,15 @@ class Stream:
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
         before = self.felt
+        most, reach = np.fmax.reduce(np.abs(away), initial=self._most), self.decoder.reach_
+        if most > reach >= self._most:
+            text = (
+                f"angles of a touch are more than {_BEYOND:g} times the largest that the decoder"
+                " learned: are they in rad? What it says of such a touch means nothing."
+            )
+            how = f"{most:.3g} rad, learned {reach / _BEYOND:.3g} rad at most."
+            warnings.warn(ModelValidityWarning(text, how), stacklevel=3)
+        self._most = float(most)
         self.tensor[:, since], self.felt = -away if self.mirrored else away, since
         self._felt.append(since)
         if self._turns(away, since):
@@ -293,7 +307,8 @@ class Stream:
             )
         best = int(self.posterior.argmax())
         probability, since = float(self.posterior[best]), self.slot - self.contact
-        sure = "decided" if probability >= self.decoder.threshold else "unsure"
+        beyond = self._most / self.decoder.reach_
+        sure = "decided" if probability >= self.decoder.threshold and beyond <= 1 else "unsure"
         return StreamState(
             sample=self.slot,
             state="over" if since >= self.decoder.window else sure,
@@ -301,7 +316,9 @@ class Stream:
             probability=probability,
             since_contact=since,
             posterior=self.posterior,
-            strangeness=self.strangeness,
+            strangeness=float(np.fmax(self.strangeness, beyond))
+            if beyond > 1
+            else self.strangeness,
             mirrored=self.mirrored,
         )
 
@@ -497,6 +514,8 @@ class StreamDecoder(Classifier):
     expected_
         (class, sensor, max_lag + window + max_lag) expected samples from ``max_lag`` before contact
         on.
+    reach_
+        Three times the largest of them [rad]; a touch with a larger angle is like none that was learned.
     """
 
     def __init__(
@@ -539,6 +558,7 @@ class StreamDecoder(Classifier):
             )
         self._check_lengths(n_sensors)
         self.classes_, self.n_sensors_ = list_classes(classes), int(n_sensors)
+        self.reach_ = np.inf  # what a model learned is not known
         return self
 
     @property
@@ -772,6 +792,7 @@ class StreamDecoder(Classifier):
 
     def _pack(self) -> None:
         """Views over lags (slot, class · lag, sensor), so that a sample costs a few operations."""
+        self.reach_ = _BEYOND * float(np.abs(self.expected_).max())
         lags = np.arange(0, 2 * self.max_lag + 1, self.lag_step)
         at = np.arange(self.window)[:, None] + lags
         shape = (self.window, len(self.classes_) * lags.size, self.n_sensors_)

@@ -699,6 +699,7 @@ def make_board_decoder(decoder: RobotDecoder) -> tuple[str, float, int]:
         bin=_BIN,
         bins=window // _BIN,
         onset=f"{decoder.stream.onset:.9g}f",
+        reach=f"{decoder.stream.reach_:.9g}f",
         confirm=decoder.stream.confirm,
         names=", ".join(json.dumps(f"{feature} {x:g} {v:g}") for feature, x, v in names),
         lengths=_list(lengths),
@@ -719,7 +720,8 @@ _HEADER = """\
 
    static feeler_touch touch;                     all zero at the start
    int which = feeler_push(&touch, angle);        -1: not yet; -2: not known, as an angle of the
-                                                  touch was no number; else feeler_names[which]
+                                                  touch was no number, or three times as large as
+                                                  any that was learned; else feeler_names[which]
    feeler_reset(&touch);                          before the next touch                       */
 #ifndef FEELER_DECODER_H
 #define FEELER_DECODER_H
@@ -774,6 +776,7 @@ static inline int feeler_push(feeler_touch *touch, const float angle[FEELER_SENS
     float away = angle[n] - touch->level[n];
     turn += away;
     tip += feeler_lengths[n] * sinf(turn);
+    if (fabsf(away) > {reach}) away = NAN;
     touch->mean[touch->since / FEELER_BIN * FEELER_SENSORS + n] += away / FEELER_BIN;
   }}
   touch->tip[touch->since++] = tip;
