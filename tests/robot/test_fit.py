@@ -131,9 +131,19 @@ def test_a_hinge_of_the_opposite_sign_and_hinges_in_reversed_order_are_refused(s
         fit(right[::-1])
 
 
+def test_two_releases_and_times_in_another_unit_are_said():
+    motion = simulate_release(make_robot(), make_posture(make_robot()), 1000)
+    twice = np.concatenate([motion, motion], axis=1)
+    time = np.arange(twice.shape[1], dtype=float)
+    with pytest.warns(ModelValidityWarning, match="or a second release"):
+        fit_factors(Recording(time=time, values=twice))
+    with pytest.warns(ModelValidityWarning, match="are times and sizes right"):
+        fit_factors(Recording(time=1e3 * time[: motion.shape[1]], values=motion))
+
+
 def test_noise_alone_is_said_to_be_no_ringing():
     noise = np.random.default_rng(2).normal(0, 0.02, (8, 1500))
-    with pytest.warns(ModelValidityWarning, match="explains less than half"):
+    with pytest.warns(ModelValidityWarning, match="cosine explains little"):
         fit_factors(Recording(time=np.arange(1500.0), values=noise))
 
 

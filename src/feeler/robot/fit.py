@@ -19,7 +19,9 @@ from feeler.validation import checked
 _MAX_UPDATES = 12
 _CLOSE = 1e-5  # relative distance at which the updates stop
 _MIN_CYCLES = 2.0
-_CLEAR = 0.5  # [C] share of a motion's variance that a damped cosine must explain
+_RINGS = 0.8  # [C] share of the tip's variance that a damped cosine should explain, …
+_CLEAR = 0.5  # [C] … and of a hinge's for its sign to be judged
+_FAR = 30.0  # [C] p1 beyond this factor is questioned
 _REVERSED = 0.1  # [C] by which amplitudes must be liker the mode in reversed order (as cosines)
 _MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
 
@@ -164,10 +166,10 @@ def fit_factors(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
     _check_hinges(recording, theory, target)
-    if target.r_squared < _CLEAR:
+    if target.r_squared < _RINGS:
         text = (
-            "a damped cosine explains less than half of how the tip moves after the release: p1 and"
-            " p2 may be those of noise or drift."
+            "a damped cosine explains little of how the tip moves after the release: p1 and p2 may"
+            " be those of noise, drift or a second release."
         )
         warnings.warn(ModelValidityWarning(text, f"{target.r_squared:.0%}."), stacklevel=3)
     release = _find_release(recording)
@@ -175,6 +177,9 @@ def fit_factors(
     # grows with √p1.
     omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
     p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
+    if not 1 / _FAR < p1 < _FAR:
+        text = "the hinges are far from as stiff as their geometry says: are times and sizes right?"
+        warnings.warn(ModelValidityWarning(text, f"p1 = {p1:.3g}."), stacklevel=3)
     factors, best = np.array([p1, 2 * target.damping_ratio * p1 / omega]), None
     for count in range(1, _MAX_UPDATES + 1):
         antenna = theory.replace(

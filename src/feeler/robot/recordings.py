@@ -111,6 +111,11 @@ class Recording(Record):
                 "a recording is time (sample,) and values (sensor, sample) of at least 2 samples;"
                 f" got {self.time.shape} and {self.values.shape}."
             )
+        most = np.fmax.reduce(np.abs(self.values), axis=None, initial=0.0)
+        if self.quantity == "angle" and most > np.pi:
+            raise InvalidInput(
+                f"a hinge turns by {most:.4g} rad, more than half a turn. Are its angles in rad?"
+            )
         for name in ("velocity", "effort"):
             beside = getattr(self, name)
             if beside is not None and beside.shape != self.values.shape:

@@ -94,10 +94,10 @@ def repair(
     recording = _drop_bad(recording, bad_channels)
     time = _check_time(recording.time)
     count = int(np.floor((time[-1] - time[0]) / interval + 1e-9)) + 1
-    if count > _MAX_SAMPLES:
+    if not 2 <= count <= _MAX_SAMPLES:
         raise InvalidInput(
-            f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:,} samples, more than"
-            f" {_MAX_SAMPLES:,}. Is the time unit right? Otherwise cut the recording."
+            f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:,} samples; 2 to"
+            f" {_MAX_SAMPLES:,} are possible. Is the time unit right? Otherwise cut the recording."
         )
 
     grid = np.arange(count) * interval

@@ -313,6 +313,11 @@ def fit_sensors(
             f"angles, readings and times beyond ±{_MAX_READING:g} are no measurements. Check the"
             " table."
         )
+    if np.abs(angle).max(initial=0.0) > np.pi:
+        raise InvalidInput(
+            f"a hinge turns by {np.abs(angle).max():.4g} rad, more than half a turn. Angles are in"
+            " rad; a table says its own unit (angle_deg)."
+        )
     numbers = np.unique(hinge)
     if numbers.size > MAX_HINGES:
         raise InvalidInput(
