@@ -218,12 +218,12 @@ class Stream:
         before = self.felt
         most, reach = np.fmax.reduce(np.abs(away), initial=self._most), self.decoder.reach_
         if most > reach >= self._most:
-            text = (
+            warning = ModelValidityWarning(
                 f"angles of a touch are more than {_BEYOND:g} times the largest that the decoder"
-                " learned: are they in rad? What it says of such a touch means nothing."
+                " learned: are they in rad? What it says of such a touch means nothing.",
+                f"{most:.3g} rad, learned {reach / _BEYOND:.3g} rad at most.",
             )
-            how = f"{most:.3g} rad, learned {reach / _BEYOND:.3g} rad at most."
-            warnings.warn(ModelValidityWarning(text, how), stacklevel=3)
+            warnings.warn(warning, stacklevel=3)
         self._most = float(most)
         self.tensor[:, since], self.felt = -away if self.mirrored else away, since
         self._felt.append(since)

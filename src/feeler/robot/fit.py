@@ -167,11 +167,12 @@ def fit_factors(
     )
     _check_hinges(recording, theory, target)
     if target.r_squared < _RINGS:
-        text = (
+        warning = ModelValidityWarning(
             "a damped cosine explains little of how the tip moves after the release: p1 and p2 may"
-            " be those of noise, drift or a second release."
+            " be those of noise, drift or a second release.",
+            f"{target.r_squared:.0%}.",
         )
-        warnings.warn(ModelValidityWarning(text, f"{target.r_squared:.0%}."), stacklevel=3)
+        warnings.warn(warning, stacklevel=3)
     release = _find_release(recording)
     # Closed form: with k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω
     # grows with √p1.

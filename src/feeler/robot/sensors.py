@@ -349,17 +349,13 @@ def _choose_curve(each: list[tuple[np.ndarray, np.ndarray]]) -> str:
     errors = {}
     for curve in CURVES:
         found = [_leave_one_angle_out(curve, *pair) for pair in each]
-        rising = all(_is_monotone(curve, *pair) for pair in each)
-        if np.isfinite(found).all() and rising:
+        # angles that only rise, or only fall, with the reading within its range
+        steps = [np.diff(_tabulate(_fit_curve(curve, *pair), pair[1])[1]) for pair in each]
+        monotone = all((step > 0).all() or (step < 0).all() for step in steps)
+        if np.isfinite(found).all() and monotone:
             errors[curve] = float(np.median(found))
     best = min(errors.values(), default=0.0)
     return next((curve for curve, error in errors.items() if _BETTER * error <= best), "line")
-
-
-def _is_monotone(curve: str, angle: np.ndarray, reading: np.ndarray) -> bool:
-    """Whether angles only rise, or only fall, with the reading within its range."""
-    step = np.diff(_tabulate(_fit_curve(curve, angle, reading), reading)[1])
-    return bool((step > 0).all() or (step < 0).all())
 
 
 def _tabulate(
@@ -448,6 +444,7 @@ def _fit_one(
     at = [np.round(angle, 9) == level for level in np.unique(np.round(angle, 9))]
     both = [[residual[here & (way == sign)] for sign in (1, -1)] for here in at]
     wide = [up.mean() - down.mean() for up, down in both if up.size and down.size]
+    timed = bool(np.isfinite(time).all()) and not _is_flat(time)
     return {
         "slope": slope,
         "offset": offset,
@@ -456,7 +453,7 @@ def _fit_one(
         "residual": np.sqrt(np.mean(residual**2)),
         "cross_validated": _leave_one_angle_out(curve, angle, capacitance),
         "resolution": abs(slope) * _repeat_spread(np.round(angle, 9), way, capacitance),
-        "drift": _trend(time, residual),
+        "drift": np.polyfit(time - time.mean(), residual, 1)[0] if timed else float("nan"),
         "r_squared": 1 - residual.var() / angle.var(),
         "straight": np.sqrt(np.mean(straight**2)),
         "hysteresis": np.mean(wide) if wide else float("nan"),
@@ -497,12 +494,6 @@ def _repeat_spread(angle: np.ndarray, way: np.ndarray, capacitance: np.ndarray) 
             squares = sum(((group - group.mean()) ** 2).sum() for group in groups)
             return float(np.sqrt(squares / freedom))
     return float("nan")
-
-
-def _trend(time: np.ndarray, residual: np.ndarray) -> float:
-    if not np.all(np.isfinite(time)) or _is_flat(time):
-        return float("nan")
-    return float(np.polyfit(time - time.mean(), residual, 1)[0])
 
 
 @checked
