@@ -515,7 +515,8 @@ class StreamDecoder(Classifier):
         (class, sensor, max_lag + window + max_lag) expected samples from ``max_lag`` before contact
         on.
     reach_
-        Three times the largest of them [rad]; a touch with a larger angle is like none that was learned.
+        Three times the largest of them [rad]; a touch with a larger angle is like none that was
+        learned.
     """
 
     def __init__(
