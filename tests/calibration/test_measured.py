@@ -309,6 +309,11 @@ def test_large_deflections_stiffen_as_the_statics_say():
         ("deflection_um,force_uN,load_g", [(0, 0, 0), (1, 1, 2)], "which of force_uN, load_g"),
         ("deflection_um,volts_V", [(0, 0), (1, 1), (2, 2)], "no column force with its unit"),
         ("deflection_um,force_uN", [(0, 0), (1, 4), (2, 1), (3, 5)], "not monotone: near"),
+        (
+            "deflection_um,force_uN",
+            [(k, min(k, 5.0)) for k in range(12)],
+            "7 samples have the largest force",
+        ),
         ("deflection_um,force_uN", [(0, 1), (1, 1), (2, 1)], "the force never changes"),
         ("deflection_mm,force_uN", [(0, 0), (500, 1), (900, 2)], "too large for a point 8 mm"),
         ("deflection_um,force_uN", [(0, 0), (1, ""), (2, 1)], "line 3: force_uN is empty"),

@@ -80,9 +80,9 @@ def search(
     )
 
 
+# ``optimise(problem, x, max_evaluations)`` searches from ``x`` in the problem's coordinates; the
+# problem itself keeps the best point it was asked for.
 _Optimiser = Callable[[Problem, np.ndarray, int], None]
-"""``optimise(problem, x, max_evaluations)`` searches from ``x`` in the problem's coordinates; the
-problem itself keeps the best point it was asked for."""
 METHODS: Registry[_Optimiser] = Registry("method")
 """Every known optimiser by its name; ``METHODS.register(name, optimiser)`` adds one."""
 

@@ -402,9 +402,9 @@ class _Block:
 
 _Named = list[tuple[str, float]]
 _Zeros = list[tuple[str, tuple[float, float]]]
+# An animal's searched vector, its covariance, the Jacobian, what is left of each measurement, how
+# many numbers were measured, and the zeros of deflections that were fitted [mm].
 _Found = tuple[np.ndarray, np.ndarray, np.ndarray, _Named, int, _Zeros]
-"""An animal's searched vector, its covariance, the Jacobian, what is left of each measurement, how
-many numbers were measured, and the zeros of deflections that were fitted [mm]."""
 
 
 def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Found:

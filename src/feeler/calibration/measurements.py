@@ -138,6 +138,7 @@ def load_microscope(
 _BACK = (
     0.1  # [C] share of the largest force by which a curve may fall while the deflection grows
 )
+_SATURATED = 4.0  # [C] samples at the largest force, over those at any other
 _KNOTS = 9  # forces at which the model's deflection is solved
 STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
 
@@ -180,7 +181,14 @@ class ForceCurve(Shown, Record):
             raise InvalidInput(
                 f"{self.source}: deflections up to {np.abs(self.deflection).max():.4g} mm are too"
                 f" large for a point {self.at:.4g} mm from the base. Is the header's unit right (µm"
-                " for mm), and at= in mm?"
+                " for mm), and at= in mm? Positions of a stage count from where it touches."
+            )
+        count = np.unique(np.abs(self.force), return_counts=True)[1]
+        top = self.deflection[np.abs(self.force) == np.abs(self.force).max()]
+        if count[-1] > _SATURATED * np.median(count) and np.ptp(top) > 0:
+            raise InvalidInput(
+                f"{self.source}: {count[-1]} samples have the largest force, as of a load cell at"
+                " the end of its range. Leave these rows out."
             )
         order = np.argsort(self.deflection, kind="stable")
         rising = np.sign(np.polyfit(self.deflection, self.force, 1)[0]) or 1.0
