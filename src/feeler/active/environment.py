@@ -189,19 +189,14 @@ class TouchVectorEnv(VectorEnv):
             terminated, truncated = terminated | ended, truncated | cut
             here = here & ~(ended | cut)
         self._ended = terminated | truncated
-        info["prediction"]["loss"] = loss
-        self._begin_anew(before, info)
-        return self.observe(), reward, terminated, truncated, info
-
-    def _begin_anew(self, ended: np.ndarray, info: dict[str, Any]) -> None:
-        """Begin an episode in the lanes that ended before this step."""
-        for lane in np.flatnonzero(ended):
+        # an episode begins in the lanes that ended before this step
+        for lane in np.flatnonzero(before):
             self._begin(int(lane))
-        if ended.any():
-            now, loss = self._inform(), info["prediction"]["loss"]
+        if before.any():
             info.pop("failed", None)
-            info.update(now)
-            info["prediction"]["loss"] = loss
+            info.update(self._inform())
+        info["prediction"]["loss"] = loss
+        return self.observe(), reward, terminated, truncated, info
 
     def _advance(
         self,
