@@ -111,6 +111,7 @@ class Stream:
     def __init__(self, decoder: Any) -> None:
         self.decoder = decoder
         self.n_classes = len(decoder.classes_)
+        self._reach = getattr(decoder, "reach_", np.inf)  # what a model learned is not known
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
         """Samples (sensor, window) since contact, relative to rest; NaN where missing. Those of a
         touch whose tip first goes to the negative side are times −1.
@@ -216,7 +217,7 @@ class Stream:
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
         before = self.felt
-        most, reach = np.fmax.reduce(np.abs(away), initial=self._most), self.decoder.reach_
+        most, reach = np.fmax.reduce(np.abs(away), initial=self._most), self._reach
         if most > reach >= self._most:
             warning = ModelValidityWarning(
                 f"angles of a touch are more than {_BEYOND:g} times the largest that the decoder"
@@ -307,7 +308,7 @@ class Stream:
             )
         best = int(self.posterior.argmax())
         probability, since = float(self.posterior[best]), self.slot - self.contact
-        beyond = self._most / self.decoder.reach_
+        beyond = self._most / self._reach
         sure = "decided" if probability >= self.decoder.threshold and beyond <= 1 else "unsure"
         return StreamState(
             sample=self.slot,
@@ -559,7 +560,6 @@ class StreamDecoder(Classifier):
             )
         self._check_lengths(n_sensors)
         self.classes_, self.n_sensors_ = list_classes(classes), int(n_sensors)
-        self.reach_ = np.inf  # what a model learned is not known
         return self
 
     @property
