@@ -121,7 +121,7 @@ def test_what_makes_no_object_is_refused():
     assert foreign == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nothing_wrong_gives_a_foreign_error(tmp_path, monkeypatch):
     def stop(*_):
         raise FeelerError("accepted")

@@ -487,7 +487,7 @@ def count_until(tensors: Any, until: float) -> int:
 
 @checked
 def measure_classifier(
-    classifier: Any, tensors: Any, labels: Labels, until: float | None = None
+    classifier: Classifier, tensors: Any, labels: Labels, until: float | None = None
 ) -> tuple[float, float]:
     """Accuracy of a fitted classifier, and the bits that it gets from touches with known labels.
 

@@ -599,12 +599,12 @@ def compute_left_out(
     **options
         Of ``compute_sweep``.
     """
+    array, named = check_tensors(codes, least=1), read_labels(labels)
     check_counts(codes, labels)
     check_counts(codes, groups, "groups")
-    codes, named = check_tensors(codes, least=1), read_labels(labels)
     return {
         name: compute_sweep(
-            codes[train], named[train], held_out=(codes[test], named[test]), **options
+            array[train], named[train], held_out=(array[test], named[test]), **options
         )
         for name, train, test in iterate_left_out(groups)
     }

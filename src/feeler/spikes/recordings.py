@@ -182,6 +182,7 @@ def _read_nwb(path: Path, scale: float) -> dict[str, np.ndarray]:
     }
 
 
+@checked
 def read_onsets(path: str | os.PathLike, *, unit: str | None = None) -> np.ndarray:
     """When contact began in each trial [ms], on the session's clock: from a table with a column
     ``onset_s`` or ``onset_ms``, or the starts of an NWB file's trials.
@@ -436,8 +437,8 @@ def compute_psth(drawn: xr.Dataset, width: Annotated[float, Gt(0)] = 10.0) -> xr
 
 @checked
 def measure_van_rossum(
-    one: Sequence[float] | np.ndarray,
-    other: Sequence[float] | np.ndarray,
+    one: Annotated[np.ndarray, "spike"],
+    other: Annotated[np.ndarray, "other"],
     tau: Annotated[float, Gt(0)] = 10.0,
 ) -> float:
     """Distance of two trains [ms]: the norm of their difference after each spike has become

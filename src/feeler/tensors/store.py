@@ -79,7 +79,8 @@ class _Folder(LocalStore):
     async def get(self, key: str, *args: Any, **options: Any) -> Buffer | None:
         link = (self.root / key).is_symlink()
         found = None if link else await super().get(key, *args, **options)
-        chunk = "/c." in key and not key.startswith(f"{_FLAGS}/")
+        owner, _, name = key.rpartition("/")  # whatever a damaged description calls chunks
+        chunk = name != "zarr.json" and not name.startswith(".") and owner != _FLAGS
         if link or (found is None and chunk and self.read_only):
             raise FileNotFoundError(f"{self.root / key} is a link, or missing")
         return found

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -386,7 +386,9 @@ def _measure_negative(values: np.ndarray) -> float:
 
 
 @checked
-def fold_signs(tensors: Tensors) -> Tensors:
+def fold_signs(
+    tensors: xr.DataArray | Annotated[np.ndarray, "trial sensor time"],
+) -> xr.DataArray | np.ndarray:
     """Non-negative tensors (trial, sensor, time) that keep bending both ways: max(x, 0) of every
     sensor, then max(−x, 0) of every sensor as further sensors; those in space as
     :func:`stack_planes` has them.

@@ -183,6 +183,7 @@ def predict_peak(
     return place[bend.argmax(axis=1)]
 
 
+@checked
 def explain_bending(antenna: Antenna) -> str:
     """In words, whether an antenna bends over its length, so that a wall's distance can be read
     from where, or at its base, and why.
