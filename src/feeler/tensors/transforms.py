@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -386,9 +386,7 @@ def _measure_negative(values: np.ndarray) -> float:
 
 
 @checked
-def fold_signs(
-    tensors: xr.DataArray | Annotated[np.ndarray, "trial sensor time"],
-) -> xr.DataArray | np.ndarray:
+def fold_signs(tensors: Tensors) -> Tensors:
     """Non-negative tensors (trial, sensor, time) that keep bending both ways: max(x, 0) of every
     sensor, then max(−x, 0) of every sensor as further sensors; those in space as
     :func:`stack_planes` has them.
@@ -396,6 +394,10 @@ def fold_signs(
     For what needs values ≥ 0, such as ``ConvolutiveNMF``, where an antenna is touched on both
     sides.
     """
+    if len(getattr(tensors, "shape", ())) < 2:
+        raise InvalidInput(
+            f"fold_signs: tensors must be an array (trial, sensor, time), got {tensors!r:.60}."
+        )
     folded: Any = stack_planes(tensors)
     ways = [folded.clip(min=0), (-folded).clip(min=0)]
     if not isinstance(folded, xr.DataArray):
