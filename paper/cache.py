@@ -233,6 +233,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
             title=stage.title,
             folder=final,
             seconds=time.perf_counter() - start,
+            failed=str(error),
         )
         failed.text(f"This section could not be made: {error}")
         return failed

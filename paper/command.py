@@ -10,6 +10,7 @@ import typer
 
 from feeler.cli.choose import change_antenna, choose_antenna
 from feeler.cli.options import report_interrupt
+from feeler.errors import FeelerError
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import ENGINES, choose_timestep
 from feeler.progress import ProgressBar
@@ -67,6 +68,10 @@ def run(
     _summarise(context, made, time.perf_counter() - start, log_json)
     if show:
         webbrowser.open((out / "report.html").resolve().as_uri())
+    if failed := [f"{one.title}: {one.failed}" for one in made if one.failed]:
+        raise FeelerError(
+            f"{len(failed)} of {len(made)} sections could not be made. {' '.join(failed)}"
+        )
 
 
 def _make_reporter(log_json: bool, total: int, start: float):

@@ -13,7 +13,7 @@ from PIL import Image
 from feeler import provenance
 from feeler.errors import FeelerError
 from feeler.report import Section
-from paper import cache
+from paper import cache, command
 from paper.cache import Stage, hold, is_kept, keep, list_sources, run_stage
 from paper.context import Context
 from paper.fig4 import CachedNMF
@@ -165,7 +165,20 @@ def test_a_failed_stage_is_told_and_not_kept(tmp_path):
 
     section = run_stage(make_stage(fail), Context(out=tmp_path))
     assert "no such thing" in section.blocks[0]["text"]
+    assert section.failed == "no such thing"
     assert not list(tmp_path.rglob("section.json"))
+
+
+def test_a_run_without_one_of_its_sections_does_not_end_well(tmp_path, monkeypatch):
+    def reproduce(context, report):
+        return [Section(name="axes", title="Axes", folder=tmp_path, failed="The disk is full.")]
+
+    monkeypatch.setattr(command, "reproduce", reproduce)
+    monkeypatch.setattr(command, "judge_statements", lambda *_: [])
+    options = ("smoke", tmp_path, "cockroach", [], "chain-consistent", None, 0, 1, False, False)
+    names = "scale out antenna change engine timestep seed workers log_json show".split()
+    with pytest.raises(FeelerError, match=r"1 of 1 sections .* Axes: The disk is full\."):
+        command.run(**dict(zip(names, options, strict=True)), fresh=False)
 
 
 def test_an_interrupted_stage_leaves_nothing(tmp_path):

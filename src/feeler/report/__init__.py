@@ -55,6 +55,8 @@ class Section:
         The scale of the run that made it; "": this run's.
     waits : bool
         Whether this run is still making its own.
+    failed : str
+        Why it could not be made; "" where it was.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Section:
     kept: str = ""
     scale: str = ""
     waits: bool = False
+    failed: str = ""
 
     def text(self, words: str) -> None:
         """A paragraph."""
