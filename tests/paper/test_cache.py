@@ -175,10 +175,11 @@ def test_a_run_without_one_of_its_sections_does_not_end_well(tmp_path, monkeypat
 
     monkeypatch.setattr(command, "reproduce", reproduce)
     monkeypatch.setattr(command, "judge_statements", lambda *_: [])
-    options = ("smoke", tmp_path, "cockroach", [], "chain-consistent", None, 0, 1, False, False)
-    names = "scale out antenna change engine timestep seed workers log_json show".split()
+    asked = {"scale": "smoke", "antenna": "cockroach", "change": [], "seed": 0, "workers": 1}
+    asked |= {"engine": "chain-consistent", "timestep": None, "out": tmp_path}
+    asked |= {"log_json": False, "show": False, "fresh": False}
     with pytest.raises(FeelerError, match=r"1 of 1 sections .* Axes: The disk is full\."):
-        command.run(**dict(zip(names, options, strict=True)), fresh=False)
+        command.run(**asked)
 
 
 def test_an_interrupted_stage_leaves_nothing(tmp_path):
