@@ -487,7 +487,7 @@ def count_until(tensors: Any, until: float) -> int:
 
 @checked
 def measure_classifier(
-    classifier: Classifier, tensors: Any, labels: Labels, until: float | None = None
+    classifier: Any, tensors: Any, labels: Labels, until: float | None = None
 ) -> tuple[float, float]:
     """Accuracy of a fitted classifier, and the bits that it gets from touches with known labels.
 
@@ -510,6 +510,8 @@ def measure_classifier(
         log₂ K + mean log₂ p(true), a lower bound on the mutual information of class and tensor
         (Barber & Agakov 2003). A touch without noticed contact counts as a guess.
     """
+    if not hasattr(classifier, "predict_proba"):
+        raise InvalidInput(f"classifier must be a fitted Classifier, got {classifier!r:.60}.")
     chance = np.asarray(classifier.predict_proba(tensors, until), dtype=float)
     classes = list(classifier.classes_)
     if unknown := [label for label in labels if label not in classes]:
