@@ -190,7 +190,7 @@ def test_degrees_taken_for_radians_are_like_no_touch_that_was_learned(decoder, w
     with pytest.warns(ModelValidityWarning):
         for sample in np.rad2deg(touches[0]).T:
             stream.update(sample)
-    stream.reset()  # the next touch is judged by itself
+    stream.reset()  # nothing of it is left for the next touch
     assert not any(stream.update(sample).strange for sample in touches[0].T)
 
 

@@ -438,7 +438,7 @@ def compute_psth(drawn: xr.Dataset, width: Annotated[float, Gt(0)] = 10.0) -> xr
 @checked
 def measure_van_rossum(
     one: Annotated[np.ndarray, "spike"],
-    other: Annotated[np.ndarray, "other"],
+    other: Annotated[np.ndarray, "event"],
     tau: Annotated[float, Gt(0)] = 10.0,
 ) -> float:
     """Distance of two trains [ms]: the norm of their difference after each spike has become

@@ -408,14 +408,7 @@ def find_sweeps(
     runs = _find_runs(filled)
     rise = _find_rise(is_bridged, runs, max_gap)
     spectrum = _MotionSpectrum([filled[run] for run in runs], interval, rise)
-    if isinstance(cutoff, str):
-        known = {"auto": spectrum.best_cutoff, "paper": CUTOFF}
-        if cutoff not in known:
-            raise InvalidInput(
-                f"cutoff= must be auto (chosen from the spectrum), paper (6 Hz) or a number, got"
-                f" {cutoff!r}."
-            )
-        cutoff = known[cutoff]
+    cutoff = _read_cutoff(cutoff, spectrum)
     smoothed = smooth(filled, interval, cutoff=cutoff)
     # sd of the speed [rad/ms] that white noise of the angle, of this sd [rad], leaves
     # behind filter and derivative.
@@ -436,10 +429,9 @@ def find_sweeps(
         times.append((run.start + place[inner]) * interval)
         peaks.append(height[inner])
     time, peak = np.concatenate([[], *times]), np.concatenate([[], *peaks])
-    long = np.zeros(is_bridged.shape, dtype=bool)  # gaps, beside the motion's period
-    for gap in _find_runs(np.where(is_bridged, 0.0, np.nan)):
-        long[gap] = (gap.stop - gap.start + 1) * interval * spectrum.frequency > _MAX_CYCLE
-    measured = ~long[np.round(time / interval).astype(int)]
+    measured = ~_find_long(is_bridged, interval, spectrum.frequency)[
+        np.round(time / interval).astype(int)
+    ]
     return Sweeps(
         angle=smoothed,
         speed=_differentiate(smoothed, interval),
@@ -456,6 +448,19 @@ def find_sweeps(
     )
 
 
+def _read_cutoff(cutoff: float | str, spectrum: _MotionSpectrum) -> float:
+    """The cut-off [kHz] that a number or word stands for."""
+    if isinstance(cutoff, str):
+        known = {"auto": spectrum.best_cutoff, "paper": CUTOFF}
+        if cutoff not in known:
+            raise InvalidInput(
+                f"cutoff= must be auto (chosen from the spectrum), paper (6 Hz) or a number, got"
+                f" {cutoff!r}."
+            )
+        return known[cutoff]
+    return cutoff
+
+
 def _find_peaks(
     smoothed: np.ndarray, interval: float, prominence: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -470,6 +475,15 @@ def _find_peaks(
         np.array([(k + shift) / _FINE for k, (shift, _) in zip(index, refined, strict=True)]),
         np.array([top for _, top in refined]),
     )
+
+
+def _find_long(is_bridged: np.ndarray, interval: float, frequency: float) -> np.ndarray:
+    """Whether a frame (frame,) lies in a bridged gap that is long beside the motion's period."""
+    long = np.zeros(is_bridged.shape, dtype=bool)
+    for gap in _find_runs(np.where(is_bridged, 0.0, np.nan)):
+        if (gap.stop - gap.start + 1) * interval * frequency > _MAX_CYCLE:
+            long[gap] = True
+    return long
 
 
 def _refine(three: np.ndarray) -> tuple[float, float]:

@@ -237,18 +237,7 @@ def load_tracks(
     if min_likelihood is None:
         kept = found.settings.get("min_likelihood")
         min_likelihood = kept if isinstance(kept, float) and 0 <= kept <= 1 else MIN_LIKELIHOOD
-    position, doubted, sure = found.position, {}, found.likelihood
-    if sure is not None:
-        if min_likelihood and (most := np.fmax.reduce(sure, axis=None, initial=0.0)) > _CERTAIN:
-            raise InvalidInput(
-                f"{name}: likelihoods go up to {most:.4g}, where 1 is certain. Divide them by 100"
-                " if they are percent; with min_likelihood=0 all places count as seen."
-            )
-        unsure = (sure < min_likelihood) & np.isfinite(position).all(axis=2)
-        doubted = {
-            k: n for k, n in zip(found.names, unsure.sum(axis=0).tolist(), strict=True) if n
-        }
-        position = np.where(unsure[:, :, None], np.nan, position)
+    position, doubted = _doubt(found, min_likelihood, name)
     turn = np.ones(position.shape[2])
     if origin == "top-left" and plane is None:
         turn[1] = -1.0
@@ -305,21 +294,11 @@ def _is_dltdv(table: Table) -> bool:
 
 def _choose_rate(found: Found, given: float | None, name: str) -> tuple[float, dict[str, str]]:
     """Frames per second, and a note where the file claims another number than the given one."""
-    own, advice = found.frame_rate, "give frame_rate=."
-    if given is not None and (own is None or abs(given - own) <= _SAME_RATE * abs(own)):
-        return given, {}
-    if given is None and (clock := found.notes.get("clock")):
-        raise InvalidInput(
-            f"{name} has no even clock: {clock}. To count frames alone, {advice}"
-        )
-    if own is None:
-        raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
-    if given is None and not PLACEHOLDER < own <= _MAX_FRAME_RATE:
-        raise InvalidInput(
-            f"{name} claims {own:.4g} frames/s, which no film of a moving animal has; {advice}"
-        )
+    own = found.frame_rate
     if given is None:
-        return own, {}
+        return _check_rate(found, name), {}
+    if own is None or abs(given - own) <= _SAME_RATE * abs(own):
+        return given, {}
     if found.timed:
         raise InvalidInput(
             f"{name}: frame_rate={given:g} contradicts {found.timed}, by which there are"
@@ -384,6 +363,23 @@ def _leave_out_marks(found: Found) -> tuple[Found, dict[str, str]]:
     return replace(found, position=position), {note: f"counts as not seen, frames: {words}"}
 
 
+def _check_rate(found: Found, name: str) -> float:
+    """The file's own frame rate, where it can be one."""
+    advice = "give frame_rate=."
+    if clock := found.notes.get("clock"):
+        raise InvalidInput(
+            f"{name} has no even clock: {clock}. To count frames alone, {advice}"
+        )
+    if found.frame_rate is None:
+        raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
+    if not PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
+        raise InvalidInput(
+            f"{name} claims {found.frame_rate:.4g} frames/s, which no film of a moving animal has;"
+            f" {advice}"
+        )
+    return found.frame_rate
+
+
 def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
     """These landmarks of a tracker's file; names for points that have none."""
     if found.software == "sleap-anipose":
@@ -397,6 +393,24 @@ def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
     return replace(
         found, names=tuple(landmarks), position=found.position[:, index], likelihood=likelihood
     )
+
+
+def _doubt(found: Found, least: float, name: str) -> tuple[np.ndarray, dict[str, int]]:
+    """Positions with NaN where the tracker was unsure, and how many frames that were of each
+    landmark.
+    """
+    if found.likelihood is None:
+        return found.position, {}
+    if least and (most := np.fmax.reduce(found.likelihood, axis=None, initial=0.0)) > _CERTAIN:
+        raise InvalidInput(
+            f"{name}: likelihoods go up to {most:.4g}, where 1 is certain. Divide them by 100 if"
+            " they are percent; with min_likelihood=0 all places count as seen."
+        )
+    unsure = (found.likelihood < least) & np.isfinite(found.position).all(axis=2)
+    counts = dict(zip(found.names, unsure.sum(axis=0).tolist(), strict=True))
+    return np.where(unsure[:, :, None], np.nan, found.position), {
+        name: n for name, n in counts.items() if n
+    }
 
 
 def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) -> Found:
@@ -473,7 +487,7 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
         )
     if stated:
         position, unit = position * LENGTHS[stated], "mm"
-    elif np.abs(position).max(initial=0.0, where=np.isfinite(position)) <= 1:
+    elif 0 < np.abs(position).max(initial=0.0, where=np.isfinite(position)) <= 1:
         raise InvalidInput(
             f"{table.source}: all places lie between 0 and 1, as shares of a picture's width and"
             " height do, in which angles are wrong. Multiply x by its width and y by its height"
@@ -598,12 +612,6 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
     whole = tracks.position if tracks.unfiltered is None else tracks.unfiltered
     flat = whole.shape[2] == 2
     frame = "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
-    words = "likelihood by the tracker; NaN where it gave none"
-    sure: list[dict[str, Any]] = [{} for _ in tracks.landmarks]
-    if tracks.likelihood is not None:
-        sure = [
-            {"confidence": row, "confidence_definition": words} for row in tracks.likelihood.T
-        ]
     series = [
         PoseEstimationSeries(
             name=title,
@@ -613,13 +621,13 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
             starting_time=begin,
             rate=float(np.round(1e3 / tracks.interval, 6)),
             **unit,
-            **more,
+            **sure,
         )
-        for name, title, place, more in zip(
+        for name, title, place, sure in zip(
             tracks.landmarks,
             name_series(tracks.landmarks),
             np.moveaxis(whole, 1, 0),
-            sure,
+            _list_confidence(tracks),
             strict=True,
         )
     ]
@@ -630,6 +638,14 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
         source_software=tracks.notes.get("software", "unknown"),
         skeleton=skeleton,
     )
+
+
+def _list_confidence(tracks: Tracks) -> list[dict[str, Any]]:
+    """What a series says of its landmark's likelihood."""
+    if tracks.likelihood is None:
+        return [{} for _ in tracks.landmarks]
+    words = "likelihood by the tracker; NaN where it gave none"
+    return [{"confidence": row, "confidence_definition": words} for row in tracks.likelihood.T]
 
 
 # What ``feeler info`` says of a tracker's file.
@@ -669,7 +685,20 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     if len(found.individuals) > 1:
         animals, first = _list(found.individuals), found.individuals[0]
         lines.append(f"animals     {animals} (--individual chooses); said of {first}:")
+    lines += _describe_spans(found)
+    lines += [f"{name:12}{text}" for name, text in found.notes.items()]
+    return [*lines, f"next        {_suggest(path, found)}"]
+
+
+def _list(names: tuple[str, ...]) -> str:
+    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
+    return ", ".join(names[:_MAX_NAMES]) + more
+
+
+def _describe_spans(found: Found) -> list[str]:
+    """Where the landmarks are, by axis, and how many of them were not seen or are doubted."""
     seen = np.isfinite(found.position).any(axis=2)
+    lines = []
     for axis, values in zip("xyz", np.moveaxis(found.position, 2, 0), strict=False):
         if np.isfinite(values).any():
             low, high = np.nanmin(values), np.nanmax(values)
@@ -678,13 +707,7 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     if found.likelihood is not None and seen.any():
         share = np.mean(found.likelihood[seen] < MIN_LIKELIHOOD)
         lines.append(f"doubted     {share:.1%} of them (likelihood below {MIN_LIKELIHOOD:g})")
-    lines += [f"{name:12}{text}" for name, text in found.notes.items()]
-    return [*lines, f"next        {_suggest(path, found)}"]
-
-
-def _list(names: tuple[str, ...]) -> str:
-    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
-    return ", ".join(names[:_MAX_NAMES]) + more
+    return lines
 
 
 def _suggest(path: Path, found: Found) -> str:
