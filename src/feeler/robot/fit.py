@@ -283,7 +283,7 @@ def _check_hinges(recording: Recording, theory: Antenna, tip: DampedCosine) -> N
     if turned.any():
         raise InvalidInput(
             f"hinge {', '.join(map(str, sensed[turned] + 1))} bends against the others: is the sign"
-            " of its angles turned round? Mend it in the recording, or in the sensors' calibration."
+            " of its angles wrong? Correct it in the recording, or in the sensors' calibration."
         )
     size = np.abs(share)
     if np.dot(size[::-1] - size, np.abs(mode)) > _REVERSED * np.linalg.norm(size):

@@ -719,8 +719,8 @@ def _list_remarks(tip: str, side: Sweeps, cutoff: float | str) -> list[str]:
         )
     if share > _MANY_BRIDGED:
         remarks.append(
-            f"{share:.0%} of the frames of {tip} are bridged: of so few that were seen, mean peak"
-            " speeds come out up to 15 % off, of fast motion too low. Track more frames."
+            f"{share:.0%} of the frames of {tip} are bridged: with so few frames seen, mean peak"
+            " speeds may be up to 15 % off, and too low for fast motion. Track more frames."
         )
     return remarks
 
